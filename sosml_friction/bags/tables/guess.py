@@ -329,15 +329,28 @@ class Guesser(NamedColumns):
         ]
 
     def _add_slopes(self) -> None:
-        """Give each joint without a velocity the series that is the slope of its position."""
+        """
+        Give each joint the series that is the slope of its position, if none is called so and is.
+
+        What is nearly so is no velocity unless something else is left that follows the motion.
+        """
         may = [
             n for n, w in self.words.items() if w.quantity in ('', 'velocity') and not w.is_wish
         ]
-        for roles in self.roles.values():
+        for joint, roles in self.roles.items():
             for slope in self.slopes:
                 mine = slope.position == roles['position'] and slope.velocity in may
-                mine = mine and (slope.cosine > evidence.SURE or _is_of_units(slope.factor))
-                if 'velocity' not in roles and mine and slope.velocity not in self._taken():
+                others = [n for n in self._free() if n not in (slope.position, slope.velocity)]
+                mine = mine and (
+                    slope.cosine > evidence.SURE
+                    or _is_of_units(slope.factor)
+                    or any(self._explained(n, joint) >= EXPLAINED for n in others)
+                )
+                known = roles.get('velocity')
+                is_open = known is None or (
+                    known in self.moving and self._slope(roles['position'], known) is None
+                )
+                if mine and is_open and slope.velocity not in self._taken():
                     roles['velocity'] = slope.velocity
 
     def _add_efforts(self) -> None:
@@ -358,7 +371,8 @@ class Guesser(NamedColumns):
         elif blocks:
             self._effort_block(blocks)
         else:
-            self._fewer_efforts(without, [n for n in free if self.words[n].quantity == 'effort'])
+            named = [n for n in free if self.words[n].quantity == 'effort']
+            self._fewer_efforts(without, named if self.is_named else free)
 
     def _fewer_efforts(self, joints: Sequence[str], efforts: Sequence[str]) -> None:
         """Give each of the efforts that are fewer than joints to that which explains it best."""
@@ -405,6 +419,9 @@ class Guesser(NamedColumns):
 
     def _best_effort(self, joint: str, names: Sequence[str]) -> None:
         shares = {name: self._explained(name, joint) for name in names}
+        measured = {n: x for n, x in shares.items() if not self.words[n].is_computed}
+        if any(x >= EXPLAINED for x in measured.values()):
+            shares = measured
         best = max(shares, key=lambda name: float(np.nan_to_num(shares[name], nan=-1.0)))
         if len(names) == len(self.roles) == 1 and not shares[best] >= EXPLAINED:
             self.roles[joint]['effort'] = best

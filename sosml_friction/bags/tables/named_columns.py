@@ -17,9 +17,8 @@ EXPLAINED = 0.05
 #: Of two efforts of a joint one is not measured there if its motion explains less than this share
 #: of what it explains of the other. Chosen, no measurement.
 _FOLLOWS = 0.5
-#: In names of efforts that a model tells, and nobody measured.
-_COMPUTED = ('computed', 'predicted', 'simulated')
 _CURRENTS = ('A', 'mA')
+_LETTERS = re.compile('[a-zA-Z]')
 QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
 
@@ -30,8 +29,10 @@ class NamedColumns(RecordedColumns):
         """Call a column a position if what has the name of a velocity, or efforts, tell that."""
         own = {n: w for n, w in self.words.items() if not w.is_wish and n in self.moving}
         named = {w.joint for w in own.values() if w.quantity == 'position'}
-        # "current" is what is now, too.
-        may = [n for n, w in own.items() if not w.quantity or 'current' in n.lower()]
+        # "current" is what is now, too, and pulses may be those of an encoder.
+        may = [
+            n for n, w in own.items() if w.quantity in ('', 'injected') or 'current' in n.lower()
+        ]
         found = {
             s.position: (own[s.velocity].joint, f'{s.velocity} is its slope')
             for s in self.slopes
@@ -45,14 +46,15 @@ class NamedColumns(RecordedColumns):
         if not found and not named:
             found = self._of_efforts(own)
         for name, (joint, why) in found.items():
-            self.words[name] = HeaderWord('position', '', joint, False, False)
+            own_word = self.words[name]
+            self.words[name] = HeaderWord('position', '', joint, False, False, own_word.strange)
             self.why[name] = why
 
     def _of_efforts(self, own: Mapping[str, HeaderWord]) -> dict[str, tuple[str, str]]:
         """Return joint and reason of columns that efforts of their numbers follow: J1, torque1."""
         efforts = [n for n, w in own.items() if w.quantity == 'effort' and n in self.moving]
-        ranks = {n: _effort_rank(n, own[n].unit) for n in efforts}
-        best = min(ranks.values(), default=0)
+        ranks = {n: effort_rank(n, own[n]) for n in efforts}
+        best = min(ranks.values(), default=None)
         efforts = [n for n in efforts if ranks[n] == best]
         numbers = {re.sub(r'\D', '', own[n].joint): n for n in efforts}
         plain = {n: re.sub(r'\D', '', w.joint) for n, w in own.items() if not w.quantity}
@@ -78,7 +80,7 @@ class NamedColumns(RecordedColumns):
             own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
             # What is called as the position is comes before what has its number alone. A torque
             # needs no constant, a current a known one, and a voltage is no effort yet.
-            rank = {n: (named[n].joint not in names, _effort_rank(n, named[n].unit)) for n in own}
+            rank = {n: (named[n].joint not in names, effort_rank(n, named[n])) for n in own}
             of_joint: dict[str, list[str]] = {}
             for name in sorted(own, key=lambda n: rank[n]):
                 joint = self._joint_of_key(named[name].joint, names)
@@ -105,6 +107,7 @@ class NamedColumns(RecordedColumns):
                 roles[quantity], *others = several
                 self.why.setdefault(several[0], 'its name says so')
                 article = 'an' if quantity == 'effort' else 'a'
+                self.alike.update(others)
                 for name in others:
                     self._remark(f'{name} is {article} {quantity} too: {several[0]} was taken')
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
@@ -123,7 +126,10 @@ class NamedColumns(RecordedColumns):
         return [n for n in names if n not in supplies]
 
     def _most_explained(
-        self, joint: str, names: Sequence[str], rank: Mapping[str, tuple[bool, int]]
+        self,
+        joint: str,
+        names: Sequence[str],
+        rank: Mapping[str, tuple[bool, tuple[bool, int, bool]]],
     ) -> list[str]:
         """Return efforts with one first that follows the motion, of those of the same kind."""
         alike = [n for n in names if rank[n][1] == rank[names[0]][1]]
@@ -144,11 +150,14 @@ class NamedColumns(RecordedColumns):
         alike = [known for known in names if number and re.findall(r'\d+', known) == number]
         if len(alike) == 1:
             return names[alike[0]]
-        # HeadYaw/ElectricCurrent/Sensor is of HeadYaw/Position/Sensor.
+        # HeadYaw/ElectricCurrent/Sensor is of HeadYaw/Position/Sensor, knee.motor_current of
+        # knee.output_position, and applied_torque[0] of joint_pos[0] rather than root_pos[0].
         words = set(key.split('_'))
-        inside = [k for k in names if set(k.split('_')) <= words and re.search('[a-zA-Z]', k)]
+        of_key = {k: set(k.split('_')) for k in alike or names}
+        inside = [k for k, own in of_key.items() if own <= words and (alike or _LETTERS.search(k))]
         longest = max((k.count('_') for k in inside), default=0)
         whole = [k for k in inside if k.count('_') == longest]
+        whole = whole or [k for k, own in of_key.items() if words <= own and _LETTERS.search(key)]
         return names[whole[0]] if len(whole) == 1 else None
 
     def _joint_names(self, keys: Sequence[str], as_in_file: bool = True) -> dict[str, str]:
@@ -222,12 +231,13 @@ def _numbers(names: Sequence[str]) -> dict[str, int]:
     return {name: int(number) for name, (number,) in found.items()}
 
 
-def _effort_rank(name: str, unit: str) -> int:
+def effort_rank(name: str, word: HeaderWord) -> tuple[bool, int, bool]:
     """Return the place of an effort by its name and unit among those of one joint."""
-    is_computed = any(word in name.lower() for word in _COMPUTED)
-    if UNITS['effort'].get(unit) is not None:
-        return int(is_computed)
-    if not unit:
+    if UNITS['effort'].get(word.unit) is not None:
+        kind = 0
+    elif not word.unit:
         # What is called so, without a unit, is a torque beside a current.
-        return 2 if 'effort' in name.lower() else 5
-    return 3 if unit in _CURRENTS else 4
+        kind = 2 if 'effort' in name.lower() else 5
+    else:
+        kind = 3 if word.unit in _CURRENTS else 4
+    return word.is_computed, kind, not word.is_unit_written

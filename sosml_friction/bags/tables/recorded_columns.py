@@ -53,6 +53,8 @@ _RATES, _STEPS = frozenset(('fs', 'fps', 'rate', 'frequency', 'hz')), frozenset(
 #: What is called a time and falls in more steps than these is none: t of p, v, t is a torque.
 #: Chosen, no measurement.
 _FALLS = 0.1
+#: The number of a column in its table: qpos[3], qpos_3.
+_NUMBER = re.compile(r'_?\[?\d+\]?$')
 #: What to do with an array of several recordings, or of several robots.
 ONE_RECORDING = 'give one recording of it, as a table of samples and joints'
 
@@ -89,6 +91,7 @@ class RecordedColumns:
             elif 'time' in name.lower() and (steps > 0).all():
                 # Where each signal has a time of its own: Time_q, q, Time_tau, tau.
                 self.words[name] = word._replace(quantity='time')
+        self._leave_out_base()
         joints = {} if urdf_text is None else read_joints(urdf_text).joints
         self.kinds = {
             name: joint.kind
@@ -133,6 +136,25 @@ class RecordedColumns:
         self.why: dict[str, str] = {}
         # Positions that are nearly the same: one is measured, the others are its references.
         self.alike: set[str] = set()
+
+    def _leave_out_base(self) -> None:
+        """Count the joints of a robot with a free base, a place and a quaternion, behind that."""
+        lists: dict[str, list[str]] = {}
+        for name in self.series:
+            lists.setdefault(_NUMBER.sub('', name), []).append(name)
+        for own in list(lists.values()):
+            turn = np.array([self.series[name] for name in own[3:7]], float)
+            is_base = len(own) > 7 and self.words[own[0]].quantity == 'position'
+            if not is_base or not np.allclose(np.sum(turn**2, axis=0), 1.0, atol=1e-3):
+                continue
+            for names in lists.values():
+                # Its velocities and forces are one fewer.
+                first = {len(own): 7, len(own) - 1: 6}.get(len(names), 0)
+                for k, name in enumerate(names if first else ()):
+                    joint = re.sub(r'\d+$', str(k - first), self.words[name].joint)
+                    is_of_base = k < first
+                    self.words[name] = self.words[name]._replace(joint=joint, is_wish=is_of_base)
+            self._remark(f'{own[0]} to {own[6]} are a free base and no joints: left out')
 
     def _tell_time(self) -> None:
         """Let velocities tell the unit of stamps, where neither their name nor a user does."""
