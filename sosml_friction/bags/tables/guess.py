@@ -12,7 +12,7 @@ import numpy as np
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.mapping import NO_POSITION
-from sosml_friction.bags.tables.named_columns import EXPLAINED, QUANTITIES, NamedColumns
+from sosml_friction.bags.tables.named_columns import EXPLAINED, LEADS, QUANTITIES, NamedColumns
 from sosml_friction.bags.tables.proposed_mapping import Guess
 from sosml_friction.bags.tables.recorded_columns import (
     SAME,
@@ -32,9 +32,6 @@ _SMOOTHER = 3.0
 _JOINTS = 3
 #: The place of a column in its table, behind the name of that: tau[3].
 _TABLE_OF = re.compile(r'\[\d+\]$')
-#: A reference comes before the position by more than this share of a sample. Chosen, no
-#: measurement.
-_LEADS = 0.01
 
 
 def guess_mapping(
@@ -84,7 +81,7 @@ class Guesser(NamedColumns):
         self._drop_references()
         self._add_efforts()
         if not any('effort' in own for own in self.roles.values()):
-            sent = [n for n, w in self.words.items() if w.is_wish and w.quantity == 'effort']
+            sent = [n for n, w in self.words.items() if w.is_command and w.quantity == 'effort']
             self._remark(
                 'nothing here is the effort of a joint, and positions alone do not tell friction: '
                 'its torque, force or current is needed'
@@ -176,7 +173,7 @@ class Guesser(NamedColumns):
                     self._remark(
                         f'{name} is nearly {measured} and comes {before:.3g} s before it: the '
                         'reference of a controller, it seems'
-                        if before > _LEADS * float(np.median(np.diff(self.t)))
+                        if before > LEADS * float(np.median(np.diff(self.t)))
                         else f'{name} is nearly {measured} and does not come before it: which of '
                         'them was measured is not told'
                     )

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from sosml_friction.bags.tables.units import (
     LINEAR_UNITS,
     SPELLINGS,
+    UNITS,
     WRITTEN,
     known_units,
     plain_unit,
@@ -33,13 +34,17 @@ _WEAK = frozenset(('load', 'loads', 'pulse', 'pulses'))
 _WORDS = {word: quantity for quantity, text in _QUANTITIES.items() for word in text.split()}
 #: At the end of a name these are words for a quantity, and "position_in" is what goes in.
 _NO_UNITS = _WORDS.keys() - _WEAK | {'in'}
-#: Of what was commanded, and of what is no joint: neither is a measurement of a joint.
-_WISHES = frozenset((
+#: Of what was commanded: it may stand for what was not measured.
+_COMMANDS = frozenset((
     'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
-    'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err',
-    'limit', 'max', 'min', 'tcp', 'eef', 'cartesian', 'wrench', 'external', 'ext',
-    'batt', 'battery', 'bus', 'vbus', 'ibus', 'supply',
-    'action', 'actions', 'planned', 'pose', 'orientation', 'quaternion', 'quat', 'imu', 'odom',
+    'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'action', 'actions',
+    'planned',
+))  # fmt: skip
+#: Of what is no joint: neither is a measurement of one.
+_WISHES = _COMMANDS | frozenset((
+    'error', 'err', 'limit', 'max', 'min', 'tcp', 'eef', 'cartesian', 'wrench', 'external', 'ext',
+    'batt', 'battery', 'bus', 'vbus', 'ibus', 'supply', 'pose', 'orientation', 'quaternion',
+    'quat', 'imu', 'odom',
 ))  # fmt: skip
 #: Of these, what may be short for a joint.
 _SHORT = frozenset(('sp', 'd'))
@@ -84,7 +89,7 @@ class HeaderWord(NamedTuple):
     the name, a number or a name or ''; ``is_wish``: what was commanded or is no joint's.
     ``is_unit_written``: whether the unit stands there, or comes with the word; ``strange``: what
     stands in the place of a unit and is none that is known, or ''; ``is_computed``: whether it is
-    what a model or an observer tells.
+    what a model or an observer tells; ``is_command``: whether it was commanded.
     """
 
     quantity: str
@@ -94,6 +99,12 @@ class HeaderWord(NamedTuple):
     is_unit_written: bool
     strange: str = ''
     is_computed: bool = False
+    is_command: bool = False
+
+    @property
+    def is_foreign(self) -> bool:
+        """Tell whether it was neither measured at a joint nor commanded to it."""
+        return self.is_computed or (self.is_wish and not self.is_command)
 
     @property
     def objection(self) -> str:
@@ -166,6 +177,11 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
     if not quantity and said is not None:
         quantity = next((q for q, units in WRITTEN.items() if said in units), '')
         written = WRITTEN.get(quantity, {}).get(said, '')
+    elif not written and len(lower) > 1 < len(lower[-1]) and (not found or len(found[-1]) == 1):
+        # The unit behind a name, or a letter, says what it is of: j1_deg, t1_Nm.
+        ends = {q: _written_unit(None, lower, q, [lower[-2]]) for q in UNITS}
+        own = next((q for q, unit in ends.items() if unit and UNITS[q][unit]), '')
+        found, quantity, written = ([], own, ends[own]) if own else (found, quantity, written)
     strange = ''
     if bracket is not None and not written:
         inside = re.split(r'[^a-zA-Z0-9°]+', bracket[1].lower())
@@ -188,6 +204,7 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
         bool(written),
         strange,
         any(p in _COMPUTED for p in lower),
+        any(p in wishes & _COMMANDS for p in lower),
     )
 
 

@@ -5,6 +5,9 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from itertools import permutations
+
+import numpy as np
 
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.header_words import HeaderWord
@@ -17,6 +20,9 @@ EXPLAINED = 0.05
 #: Of two efforts of a joint one is not measured there if its motion explains less than this share
 #: of what it explains of the other. Chosen, no measurement.
 _FOLLOWS = 0.5
+#: A reference comes before the position by more than this share of a sample. Chosen, no
+#: measurement.
+LEADS = 0.01
 _CURRENTS = ('A', 'mA')
 _LETTERS = re.compile('[a-zA-Z]')
 QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
@@ -72,6 +78,8 @@ class NamedColumns(RecordedColumns):
     def _by_names(self) -> bool:
         """Give columns whose names have a quantity to their joints; tell whether any have."""
         named = {n: w for n, w in self.words.items() if w.quantity in QUANTITIES and not w.is_wish}
+        for name in self._references([n for n, w in named.items() if w.quantity == 'position']):
+            del named[name]
         keys = dict.fromkeys(w.joint for w in named.values() if w.quantity == 'position')
         if not keys:
             return False
@@ -112,6 +120,23 @@ class NamedColumns(RecordedColumns):
                     self._remark(f'{name} is {article} {quantity} too: {several[0]} was taken')
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
         return bool(self.roles)
+
+    def _references(self, positions: Sequence[str]) -> list[str]:
+        """Return what comes before another position of its number and is nearly that: ASPos.A1."""
+        found = []
+        for first, second in permutations([n for n in positions if n in self.moving], 2):
+            joints = [self.words[n].joint for n in (first, second)]
+            numbers = [re.findall(r'\d+', joint) for joint in joints]
+            is_pair = joints[0] != joints[1] and numbers[0] == numbers[1] != []
+            if is_pair and self._nearly_same(first, second):
+                before = evidence.lead(self.t, self.moving[first], self.moving[second])
+                if before > LEADS * float(np.median(np.diff(self.t))):
+                    found.append(first)
+                    self._remark(
+                        f'{first} is nearly {second} and comes {before:.3g} s before it: the '
+                        'reference of a controller, it seems'
+                    )
+        return found
 
     def _without_supplies(self, joint: str, names: Sequence[str]) -> list[str]:
         """Return efforts without voltages that do not follow the motion, which are told."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.tables.header_words import read_header
-from sosml_friction.bags.tables.units import TIME_UNITS
+from sosml_friction.bags.tables.units import TIME_UNITS, UNITS
 from sosml_friction.bags.wrap import wrap_period
 
 #: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own. One of
@@ -82,6 +82,9 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     unfit = []
     for name, values in series.items() if not stated else ():
         steps = np.diff(values)
+        if read_header(name).quantity in UNITS and 'time' not in name.lower():
+            # A shaft that turns one way grows all the time too.
+            continue
         grows = len(steps) > 0 and np.isfinite(values).all() and (steps >= 0).all()
         if grows and (steps > 0).mean() >= 1.0 - _REPEATED:
             rising[name] = float(np.std(steps) / np.mean(steps))

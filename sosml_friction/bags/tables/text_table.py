@@ -24,6 +24,8 @@ _BETWEEN = re.compile(r"(?<=\d)[\u00a0\u2009\u202f'](?=\d{3}(?!\d))")
 _WITH_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)')
 #: A name before its number, as a serial monitor shows it.
 _LABEL = re.compile(r'([^\W\d][^:=]*?)\s*[:=]\s*([+-]?[\d.].*)')
+#: What a serial monitor puts between the time of a line and the line.
+_ARROW = re.compile(r'^(\s*\d+:\d+:[\d.,]+)\s*->')
 _IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
 #: Lines that a header may have: a group of columns, names, units, a description.
 _HEADER = 4
@@ -112,6 +114,7 @@ def _rows(path: Path, text: str) -> tuple[list[Row], int]:
     if not lines:
         raise DataError(f'{path} is empty: a CSV file needs rows of numbers, best below a header')
     delimiter = _delimiter([line for _, line in lines[:_LOOK]])
+    lines = [(k, _ARROW.sub(rf'\1{delimiter or " "}', line)) for k, line in lines]
     try:
         rows = [Row(k, _cells(line, delimiter)) for k, line in lines]
     except csv.Error as error:

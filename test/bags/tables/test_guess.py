@@ -666,6 +666,10 @@ def test_noise_is_no_robot(tmp_path):
         ('battery_current', 'effort', 'A', '', True),
         ('millis', 'time', 'ms', '', False),
         ('encoder_pulses', 'position', 'counts', '', False),
+        ('j1_deg', 'position', 'deg', 'j1', False),
+        ('t2_Nm', 'effort', 'Nm', '2', False),
+        ('j3_mm', 'position', 'mm', 'j3', False),
+        ('duty_percent', '', '', 'duty_percent', False),
         ('qfrc_actuator[0]', 'effort', '', 'actuator_0', False),
     ],
 )
@@ -1282,3 +1286,44 @@ def test_pulses_that_a_speed_is_the_slope_of_are_a_position(tmp_path):
     (own,) = guess.content['joints'].values()
     assert own['position']['variable'] == 'Cumulative pulses'
     assert own['position']['unit'] == 'counts'
+
+
+def test_setpoints_of_an_arm_whose_names_do_not_say_so_are_left_out(tmp_path):
+    series = [joint(seed) for seed in range(2)]
+    columns = {'t': series[0][0]}
+    for k, (t, q, _, tau) in enumerate(series, 1):
+        early = np.interp(t + 0.012, t, q)
+        columns |= {f'AIPos.A{k}': q, f'ASPos.A{k}': early, f'MACur.A{k}': tau}
+    guess = guess_mapping(save(tmp_path, list(columns.values()), list(columns)))
+    assert [own['position'] for own in roles(guess).values()] == ['AIPos.A1', 'AIPos.A2']
+    assert roles(guess)['AI_A2']['effort'] == 'MACur.A2'
+    assert any('ASPos.A1 is nearly AIPos.A1 and comes' in told for told in guess.remarks)
+
+
+def test_a_shaft_that_turns_one_way_is_no_time(tmp_path):
+    _t, _q, v, tau = joint(9)
+    turned = np.cumsum(np.abs(v) + 0.01) / 250.0
+    guess = guess_mapping(save(tmp_path, [turned, tau], ['position', 'torque']))
+    assert guess.content['sample_rate'] == FILL_IN
+    assert roles(guess)['joint'] == {'position': 'position', 'effort': 'torque'}
+
+
+def test_an_external_torque_may_not_stand_for_an_effort(tmp_path):
+    t, q, _, tau = joint(9)
+    data = save(tmp_path, [t, q, tau], ['t', 'q', 'tau_ext'])
+    guess = guess_mapping(data)
+    assert roles(guess) == {'joint': {'position': 'q'}}
+    assert not any('may stand for it' in told for told in guess.remarks)
+    stated = map_columns(data, Columns({'position': ['q'], 'effort': ['tau_ext']}))
+    assert any('not what drives the joint' in told for told in stated.remarks)
+
+
+def test_units_behind_names_of_axes_are_read(tmp_path):
+    (t, q, _, tau), (_, p, _, force) = joint(1), joint(2)
+    names = ['time', 'j1_deg', 'j2_mm', 't1_Nm', 'f2_N']
+    guess = guess_mapping(save(tmp_path, [t, 57.3 * q, 100.0 * p, tau, 9.0 * force], names))
+    own = guess.content['joints']
+    assert own['j1']['position']['unit'] == 'deg'
+    assert own['j1']['effort'] == {'variable': 't1_Nm', 'unit': 'Nm'}
+    assert own['j2']['position']['unit'] == 'mm'
+    assert roles(guess)['j2']['effort'] == 'f2_N'

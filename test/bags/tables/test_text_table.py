@@ -355,3 +355,12 @@ def test_lines_that_say_what_they_have_may_call_it_by_two_words(tmp_path):
     pairs[1] = pairs[1].replace('Force,', 'Angle,', 1)
     (tmp_path / 'x.csv').write_text('\n'.join(pairs) + '\n')
     assert list(DataFile(tmp_path / 'x.csv')) == ['Timestamp', 'Angle [V]', 'Force [V]']
+
+
+@pytest.mark.parametrize('sep', [',', '\t', ' '])
+def test_an_arrow_of_a_serial_monitor_parts_the_time(tmp_path, sep):
+    rows = [f'12:00:0{k}.005 -> {-0.5 * k}{sep}{k}' for k in range(10)]
+    (tmp_path / 'x.txt').write_text('\n'.join(rows) + '\n')
+    _, values = values_of(tmp_path / 'x.txt')
+    np.testing.assert_allclose(values[:, 0] - values[0, 0], np.arange(10.0))
+    np.testing.assert_array_equal(values[:, 1], -0.5 * np.arange(10))
