@@ -27,6 +27,8 @@ from sosml_friction.model.urdf_joints import read_joints
 SAME = 0.05
 #: Spans that a joint has in rad: less may be metres, more degrees or a shaft that turns freely.
 _RAD_SPAN = (0.5, 4.0 * math.pi)
+#: No joint that moves less is as far from 0 in rad; at 90 it is in deg. Chosen, no measurement.
+_FAR = 2.0 * _RAD_SPAN[1]
 #: Turns, and the +-12.5 rad of the frames that CAN servos took over from MIT's Mini Cheetah.
 _UNIT_OF_WRAP = {
     2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
@@ -278,12 +280,27 @@ class RecordedColumns:
         values = self.series[name]
         if span > 100.0 and np.isfinite(values).all() and (values == np.rint(values)).all():
             return 'counts', f'whole numbers, {span:.0f} from end to end'
+        turning = [r for j, r in self.roles.items() if self.kinds.get(j) != 'prismatic']
+        far = max((self._farthest(r['position']) for r in turning), default=0.0)
+        if span <= _RAD_SPAN[1] and far > _FAR:
+            return FILL_IN, (
+                f'it moves {span:.3g}, and one of the joints is at {far:.3g}: deg or mm, it '
+                'seems, or rad after many turns'
+            )
         if kind is not None and span < _RAD_SPAN[1]:
             return 'rad', f'it turns in the URDF, and moves {span:.3g}'
         if _RAD_SPAN[0] <= span <= _RAD_SPAN[1] and kind is None:
             most = 'it moves' if len(spans) == 1 else 'the joint that moves most moves'
-            return 'rad', f'taken as rad, as {most} {span:.3g}; it may be turns, or m if it slides'
+            return (
+                'rad',
+                f'taken as rad, as {most} {span:.3g}; it may be deg or turns, or m if it slides',
+            )
         return FILL_IN, f'it moves {span:.3g}, which may be rad, deg, m, mm, turns or counts'
+
+    def _farthest(self, position: str) -> float:
+        """Return how far from 0 a position without a unit is, moving or not."""
+        values = np.abs(self.series[position][np.isfinite(self.series[position])])
+        return 0.0 if self.words[position].unit else float(np.max(values, initial=0.0))
 
     def _units_by_slope(self, kind: str | None, factor: float) -> list[str]:
         """Return the units of position whose slope, by a factor, is a velocity in a usual unit."""

@@ -1327,3 +1327,17 @@ def test_units_behind_names_of_axes_are_read(tmp_path):
     assert own['j1']['effort'] == {'variable': 't1_Nm', 'unit': 'Nm'}
     assert own['j2']['position']['unit'] == 'mm'
     assert roles(guess)['j2']['effort'] == 'f2_N'
+
+
+@pytest.mark.parametrize(
+    ('unit', 'size', 'expected'), [('deg', 57.3, FILL_IN), ('rad', 1.0, 'rad')]
+)
+@pytest.mark.parametrize('rests', [False, True])
+def test_small_motions_in_deg_about_a_posture_are_not_in_rad(
+    tmp_path, unit, size, expected, rests
+):
+    t, q, _, tau = joint(9)
+    near = size * (0.05 if unit == 'deg' else 1.0) * q
+    columns = [t, near if rests else near + 1.57 * size, 0.0 * q + 1.57 * size, tau]
+    guess = guess_mapping(save(tmp_path, columns, ['t', 'q1', 'q2', 'tau1']))
+    assert guess.content['joints']['joint_1']['position']['unit'] == expected
