@@ -279,7 +279,9 @@ class Guesser(NamedColumns):
         """Return the surest velocity of each series that is nobody's slope itself."""
         free = set(self._free())
         may = set(filter(self._may_be_position, free))
-        slopes = [s for s in self.slopes if {s.position, s.velocity} <= may and s.cosine > 0.0]
+        slopes = [
+            s for s in self.slopes if {s.position, s.velocity} <= may and s.told > evidence.SLOPE
+        ]
         # Of two encoders of one joint, dqm is the slope of qm.
         slopes.sort(key=lambda s: s.velocity not in (f'd{s.position}', f'{s.position}dot'))
         # A velocity's own slope is an acceleration, or an effort that goes with it.
@@ -292,7 +294,7 @@ class Guesser(NamedColumns):
             # What a shaft at two speeds takes is like its velocity: without another column that
             # could be the effort, the factor of a unit must tell them apart.
             others = len(free) - 2 * len(pairs) > 2
-            if not (_is_of_units(slope.factor) or (others and slope.cosine > evidence.SURE)):
+            if not (_is_of_units(slope.factor) or (others and slope.told > evidence.SURE)):
                 continue
             pairs[slope.position] = slope
             used.add(slope.velocity)
@@ -337,9 +339,10 @@ class Guesser(NamedColumns):
         for joint, roles in self.roles.items():
             for slope in self.slopes:
                 mine = slope.position == roles['position'] and slope.velocity in may
+                mine = mine and abs(slope.told) > evidence.SLOPE
                 others = [n for n in self._free() if n not in (slope.position, slope.velocity)]
                 mine = mine and (
-                    slope.cosine > evidence.SURE
+                    slope.told > evidence.SURE
                     or _is_of_units(slope.factor)
                     or any(self._explained(n, joint) >= EXPLAINED for n in others)
                 )

@@ -42,7 +42,7 @@ class NamedColumns(RecordedColumns):
         found = {
             s.position: (own[s.velocity].joint, f'{s.velocity} is its slope')
             for s in self.slopes
-            if s.cosine > evidence.SURE and s.position in may and s.velocity in own
+            if s.told > evidence.SURE and s.position in may and s.velocity in own
             if own[s.velocity].quantity == 'velocity' and own[s.velocity].joint not in named
         }
         joints = [joint for joint, _ in found.values()]

@@ -57,13 +57,15 @@ class Slope(NamedTuple):
     Say that ``velocity`` is the slope of ``position`` by time.
 
     ``cosine`` of the steps of one with the integral of the other over the same time; ``factor``:
-    slope of position [its unit/s] per unit of velocity.
+    slope of position [its unit/s] per unit of velocity. ``told``: the cosine about their means, if
+    that is less: what hardly changes is the slope of any clock, and of a shaft at one speed.
     """
 
     position: str
     velocity: str
     cosine: float
     factor: float
+    told: float
 
 
 def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
@@ -213,20 +215,27 @@ def slopes(t: FloatArray, series: Mapping[str, FloatArray]) -> list[Slope]:
     width = min(_SAMPLES, len(t) // 3)
     step = table[width:] - table[:-width]
     added = integral[width:] - integral[:-width]
-    # About their means: what hardly changes is the slope of any clock.
-    varied = [x - np.mean(x, axis=0) for x in (step, added)]
-    size_step, size_added = (np.sqrt(np.sum(x**2, axis=0)) for x in varied)
-    with np.errstate(divide='ignore', invalid='ignore'):
-        cosine = (varied[0].T @ varied[1]) / np.outer(size_step, size_added)
+    cosine, varied = (
+        _cosines(step - m * np.mean(step, axis=0), added - m * np.mean(added, axis=0))
+        for m in (0.0, 1.0)
+    )
     found = []
-    for i, j in np.argwhere(np.abs(np.nan_to_num(cosine)) >= SLOPE).tolist():
+    for i, j in np.argwhere(np.abs(cosine) >= SLOPE).tolist():
         # The faster half, by the median: a velocity may be clipped, and is noisy at rest.
         size = np.abs(added[:, j])
         fast = size >= np.median(size[size > 0.0])
         ratio = float(np.median(step[fast, i] / added[fast, j]))
         if i != j:
-            found.append(Slope(names[i], names[j], float(cosine[i, j]), ratio))
+            told = min(cosine[i, j], varied[i, j], key=abs)
+            found.append(Slope(names[i], names[j], float(cosine[i, j]), ratio, float(told)))
     return sorted(found, key=lambda slope: -abs(slope.cosine))
+
+
+def _cosines(step: FloatArray, added: FloatArray) -> FloatArray:
+    """Return the cosine of each column of one table with each of another, 0 where one is 0."""
+    sizes = (np.sqrt(np.sum(x**2, axis=0)) for x in (step, added))
+    with np.errstate(divide='ignore', invalid='ignore'):
+        return np.nan_to_num((step.T @ added) / np.outer(*sizes))
 
 
 def step_by_slopes(stamps: FloatArray, series: Mapping[str, FloatArray]) -> float:

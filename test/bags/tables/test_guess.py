@@ -1242,6 +1242,7 @@ def test_a_joint_behind_a_free_base_has_its_own_effort(tmp_path):
 def test_what_hardly_changes_is_no_velocity_of_a_clock(tmp_path):
     t, q, _, tau = joint(9)
     noise = np.random.default_rng(0).normal(size=len(t))
+    t = t + 2e-4 * np.sin(np.arange(len(t)))
     guess = guess_mapping(save(tmp_path, [t, 1e6 * t * 1.0001, q, tau, 24.0 + 0.05 * noise]))
     assert all('velocity' not in own for own in roles(guess).values())
 
@@ -1341,3 +1342,11 @@ def test_small_motions_in_deg_about_a_posture_are_not_in_rad(
     columns = [t, near if rests else near + 1.57 * size, 0.0 * q + 1.57 * size, tau]
     guess = guess_mapping(save(tmp_path, columns, ['t', 'q1', 'q2', 'tau1']))
     assert guess.content['joints']['joint_1']['position']['unit'] == expected
+
+
+def test_a_shaft_at_one_speed_tells_the_unit_of_its_velocity(tmp_path):
+    t = np.arange(2500) / 250.0
+    noise = np.random.default_rng(0).normal(size=(2, 2500))
+    columns = [t, 720.0 * t + 0.01 * noise[0], 120.0 + 0.5 * noise[1], 0.3 + 0.01 * noise[0]]
+    guess = guess_mapping(save(tmp_path, columns, ['t', 'pos_deg', 'speed', 'tau']))
+    assert guess.content['joints']['joint']['velocity'] == {'variable': 'speed', 'unit': 'rpm'}
