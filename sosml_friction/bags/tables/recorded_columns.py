@@ -12,6 +12,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.file_kind import TEXT_SUFFIXES, file_kind
 from sosml_friction.bags.tables.header_words import HeaderWord, read_header, read_headers
 from sosml_friction.bags.tables.importer import recognised_wrap
 from sosml_friction.bags.tables.lost_sign import with_sign
@@ -52,6 +53,11 @@ _COARSE = 20.0
 _ROUGH = 0.3
 #: What the rate of samples is called in a file [Hz], and the time from one to the next [s].
 _RATES, _STEPS = frozenset(('fs', 'fps', 'rate', 'frequency', 'hz')), frozenset(('dt', 'ts', 'te'))
+#: A line that says a rate or a step: Sampling period is 1000000 nSec.
+_OF_RATE = re.compile(
+    r'\W*([a-z]+ )*(sampl|rate|period|interval|freq|fs\b|dt\b)\D{0,20}(?<!\w)[\d.]+\W{0,2}\w*\W*',
+    re.IGNORECASE,
+)
 #: What is called a time and falls in more steps than these is none: t of p, v, t is a torque.
 #: Chosen, no measurement.
 _FALLS = 0.1
@@ -218,7 +224,16 @@ class RecordedColumns:
             rate = value if last in _RATES else 1.0 / value if last in _STEPS and value else 0.0
             if rate > 0.0:
                 return f'as --rate {rate:.6g}, which {name} = {value:g} speaks for'
-        return ''
+        said = self._line_of_rate()
+        return f'as --rate HZ; its line {said!r} may say it' if said else ''
+
+    def _line_of_rate(self) -> str:
+        """Return a line of a text above the table that may say how often was sampled, or ''."""
+        if file_kind(self.data.path) not in TEXT_SUFFIXES:
+            return ''
+        with self.data.path.open('rb') as stream:
+            lines = stream.read(4096).decode('latin-1').splitlines()
+        return next((line.strip() for line in lines if _OF_RATE.fullmatch(line)), '')
 
     def _unread_time(self) -> str:
         """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""

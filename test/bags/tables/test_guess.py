@@ -1350,3 +1350,13 @@ def test_a_shaft_at_one_speed_tells_the_unit_of_its_velocity(tmp_path):
     columns = [t, 720.0 * t + 0.01 * noise[0], 120.0 + 0.5 * noise[1], 0.3 + 0.01 * noise[0]]
     guess = guess_mapping(save(tmp_path, columns, ['t', 'pos_deg', 'speed', 'tau']))
     assert guess.content['joints']['joint']['velocity'] == {'variable': 'speed', 'unit': 'rpm'}
+
+
+def test_the_question_for_a_rate_quotes_a_line_that_may_say_it(tmp_path):
+    _, q, _, tau = joint(9)
+    rows = '\n'.join(f'{x:.6f},{y:.6f}' for x, y in zip(q, tau, strict=True))
+    path = tmp_path / 'x.csv'
+    for line, said in (('Sampling period is 100000 nSec', True), ('dt of q2', False)):
+        path.write_text(f'{line}\nq,tau\n{rows}\n')
+        told = guess_mapping(DataFile(path)).reasons['sample_rate']
+        assert (f'as --rate HZ; its line {line!r} may say it' in told) is said
