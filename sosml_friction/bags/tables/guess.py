@@ -95,8 +95,7 @@ class Guesser(NamedColumns):
                     f'{one} and {other} are nearly the same: one may be the reference of a '
                     'controller, and no joint'
                 )
-            elif abs(np.corrcoef(self.moving[one], self.moving[other])[0, 1]) > evidence.SURE:
-                ratio = float(np.std(self.moving[other]) / np.std(self.moving[one]))
+            elif ratio := self._ratio(one, other):
                 self._remark(
                     f'{other} is {one} times {ratio:.4g}: two encoders of one joint, it seems; '
                     'keep that at whose side the effort is'
@@ -106,6 +105,14 @@ class Guesser(NamedColumns):
             self._put_joint(joint, roles)
         self._put_remarks()
         return self.result
+
+    def _ratio(self, one: str, other: str) -> float:
+        """Return what one position is times another, 0 if they are not of one joint."""
+        if not {one, other} <= set(self.moving):
+            return 0.0
+        first, second = self.moving[one], self.moving[other]
+        is_same = abs(np.corrcoef(first, second)[0, 1]) > evidence.SURE
+        return is_same * float(np.std(second) / np.std(first))
 
     def _taken(self) -> set[str]:
         stamps = {self.time.name, self.time.nanoseconds}
@@ -355,7 +362,13 @@ class Guesser(NamedColumns):
 
     def _add_efforts(self) -> None:
         """Give each joint without an effort that of what is left which its motion explains."""
-        without = [joint for joint, roles in self.roles.items() if 'effort' not in roles]
+        # A second encoder of a joint has the effort of the first.
+        known = [r['position'] for r in self.roles.values() if 'effort' in r]
+        without = [
+            joint
+            for joint, r in self.roles.items()
+            if 'effort' not in r and not any(self._ratio(q, r['position']) for q in known)
+        ]
         free = [n for n in self._free() if n not in self.alike]
         free = [n for n in free if not any(self._nearly_same(v, n) for v in self._velocities())]
         if not without or not free:

@@ -1216,8 +1216,8 @@ def test_a_body_with_the_number_of_a_joint_takes_no_effort_from_it(tmp_path):
 
 def test_another_effort_of_a_joint_is_not_that_of_its_second_encoder(tmp_path):
     t, q, v, tau = joint(9)
-    names = ['t', 'motor_pos', 'motor_current', 'motor_voltage', 'link_pos']
-    found = roles(guess_mapping(save(tmp_path, [t, q, tau, v, 0.1 * q], names)))
+    names = ['t', 'motor_pos', 'motor_current', 'motor_voltage', 'link_pos', 'gyroz']
+    found = roles(guess_mapping(save(tmp_path, [t, q, tau, v, 0.1 * q, np.rint(50.0 * v)], names)))
     assert found['link'] == {'position': 'link_pos'}
 
 
