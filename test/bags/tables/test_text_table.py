@@ -349,7 +349,7 @@ def test_names_in_cells_before_the_numbers_are_those_of_the_columns(tmp_path, se
 
 
 def test_lines_that_say_what_they_have_may_call_it_by_two_words(tmp_path):
-    head = ['Timestamp,2020-03-16 17:04:51', 'Channel name,Force', 'Unit,V']
+    head = ['Timestamp,2024-01-02 03:04:05', 'Channel name,Force', 'Unit,V']
     rows = [f'{k},{0.1 * k:.1f}' for k in range(20)]
     pairs = [f'{line},{line}' for line in head] + [f'{row},{row}' for row in rows]
     pairs[1] = pairs[1].replace('Force,', 'Angle,', 1)
