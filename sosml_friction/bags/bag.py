@@ -33,6 +33,7 @@ from sosml_friction.bags.message_store import open_store
 from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
 from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 from sosml_friction.bags.serialization import deserialize, plain_string, plain_temperature
+from sosml_friction.bags.stand_in import refuse_stand_in
 from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.bags.topic import Topic, merge_topics
 from sosml_friction.bags.wrap import unwrapped
@@ -149,6 +150,8 @@ class Bag:
             bag.path = path
             return bag
         files = mcap_files(path)
+        for file in files:
+            refuse_stand_in(file)
         regions: list[Region] = []
         return cls(path, namespace, [scan(file, regions, beyond) for file in files])
 

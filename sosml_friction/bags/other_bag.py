@@ -20,6 +20,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
 from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.bags.stand_in import refuse_stand_in
 from sosml_friction.exceptions import BagError
 
 SUFFIXES = ('.db3', '.bag')
@@ -52,6 +53,8 @@ def copy_bag(source: Path, destination: Path) -> Path:
     :raises BagError: if the bag cannot be read or has no such topic, or is of ROS 1 and rosbags
         is not installed.
     """
+    for file in other_files(source):
+        refuse_stand_in(file)
     if source.suffix == '.bag':
         log, description = _read_ros1(source)
         return write_joint_log(log, destination, description)

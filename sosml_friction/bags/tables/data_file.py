@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.bags.stand_in import refuse_stand_in
 from sosml_friction.bags.tables.cell_text import is_missing, is_number, number, numbers
 from sosml_friction.bags.tables.date_text import read_dates
 from sosml_friction.bags.tables.excel_file import read_excel
@@ -73,6 +74,7 @@ class DataFile(Mapping[str, NDArray[Any]]):
             )
         if kind in _READERS and self.path.suffix.lower() != kind:
             raise DataError(f'{self.path} is packed, as tables of text may be: unpack it first')
+        refuse_stand_in(self.path)
         try:
             if kind == '.xlsx':
                 self._variables, self.remarks = read_excel(self.path)
@@ -465,6 +467,8 @@ def _read_json(path: Path, raw: bytes) -> dict[str, Any]:
             content = json.loads(text)
         except json.JSONDecodeError:
             content = [json.loads(line) for line in _whole_lines(text)]
+            if not content:
+                raise
     except (ValueError, RecursionError) as error:
         raise DataError(
             f'{path} is no readable JSON: {error}; a list of records, an object of lists, or a '

@@ -12,7 +12,7 @@ import numpy as np
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.mapping import NO_POSITION
-from sosml_friction.bags.tables.named_columns import EXPLAINED, QUANTITIES, NamedColumns
+from sosml_friction.bags.tables.named_columns import EXPLAINED, LEADS, QUANTITIES, NamedColumns
 from sosml_friction.bags.tables.proposed_mapping import Guess
 from sosml_friction.bags.tables.recorded_columns import (
     SAME,
@@ -32,9 +32,6 @@ _SMOOTHER = 3.0
 _JOINTS = 3
 #: The place of a column in its table, behind the name of that: tau[3].
 _TABLE_OF = re.compile(r'\[\d+\]$')
-#: A reference comes before the position by more than this share of a sample. Chosen, no
-#: measurement.
-_LEADS = 0.01
 
 
 def guess_mapping(
@@ -84,7 +81,7 @@ class Guesser(NamedColumns):
         self._drop_references()
         self._add_efforts()
         if not any('effort' in own for own in self.roles.values()):
-            sent = [n for n, w in self.words.items() if w.is_wish and w.quantity == 'effort']
+            sent = [n for n, w in self.words.items() if w.is_command and w.quantity == 'effort']
             self._remark(
                 'nothing here is the effort of a joint, and positions alone do not tell friction: '
                 'its torque, force or current is needed'
@@ -98,8 +95,7 @@ class Guesser(NamedColumns):
                     f'{one} and {other} are nearly the same: one may be the reference of a '
                     'controller, and no joint'
                 )
-            elif abs(np.corrcoef(self.moving[one], self.moving[other])[0, 1]) > evidence.SURE:
-                ratio = float(np.std(self.moving[other]) / np.std(self.moving[one]))
+            elif ratio := self._ratio(one, other):
                 self._remark(
                     f'{other} is {one} times {ratio:.4g}: two encoders of one joint, it seems; '
                     'keep that at whose side the effort is'
@@ -109,6 +105,14 @@ class Guesser(NamedColumns):
             self._put_joint(joint, roles)
         self._put_remarks()
         return self.result
+
+    def _ratio(self, one: str, other: str) -> float:
+        """Return what one position is times another, 0 if they are not of one joint."""
+        if not {one, other} <= set(self.moving):
+            return 0.0
+        first, second = self.moving[one], self.moving[other]
+        is_same = abs(np.corrcoef(first, second)[0, 1]) > evidence.SURE
+        return is_same * float(np.std(second) / np.std(first))
 
     def _taken(self) -> set[str]:
         stamps = {self.time.name, self.time.nanoseconds}
@@ -176,7 +180,7 @@ class Guesser(NamedColumns):
                     self._remark(
                         f'{name} is nearly {measured} and comes {before:.3g} s before it: the '
                         'reference of a controller, it seems'
-                        if before > _LEADS * float(np.median(np.diff(self.t)))
+                        if before > LEADS * float(np.median(np.diff(self.t)))
                         else f'{name} is nearly {measured} and does not come before it: which of '
                         'them was measured is not told'
                     )
@@ -282,7 +286,9 @@ class Guesser(NamedColumns):
         """Return the surest velocity of each series that is nobody's slope itself."""
         free = set(self._free())
         may = set(filter(self._may_be_position, free))
-        slopes = [s for s in self.slopes if {s.position, s.velocity} <= may and s.cosine > 0.0]
+        slopes = [
+            s for s in self.slopes if {s.position, s.velocity} <= may and s.told > evidence.SLOPE
+        ]
         # Of two encoders of one joint, dqm is the slope of qm.
         slopes.sort(key=lambda s: s.velocity not in (f'd{s.position}', f'{s.position}dot'))
         # A velocity's own slope is an acceleration, or an effort that goes with it.
@@ -295,7 +301,7 @@ class Guesser(NamedColumns):
             # What a shaft at two speeds takes is like its velocity: without another column that
             # could be the effort, the factor of a unit must tell them apart.
             others = len(free) - 2 * len(pairs) > 2
-            if not (_is_of_units(slope.factor) or (others and slope.cosine > evidence.SURE)):
+            if not (_is_of_units(slope.factor) or (others and slope.told > evidence.SURE)):
                 continue
             pairs[slope.position] = slope
             used.add(slope.velocity)
@@ -329,20 +335,40 @@ class Guesser(NamedColumns):
         ]
 
     def _add_slopes(self) -> None:
-        """Give each joint without a velocity the series that is the slope of its position."""
+        """
+        Give each joint the series that is the slope of its position, if none is called so and is.
+
+        What is nearly so is no velocity unless something else is left that follows the motion.
+        """
         may = [
             n for n, w in self.words.items() if w.quantity in ('', 'velocity') and not w.is_wish
         ]
-        for roles in self.roles.values():
+        for joint, roles in self.roles.items():
             for slope in self.slopes:
                 mine = slope.position == roles['position'] and slope.velocity in may
-                mine = mine and (slope.cosine > evidence.SURE or _is_of_units(slope.factor))
-                if 'velocity' not in roles and mine and slope.velocity not in self._taken():
+                mine = mine and abs(slope.told) > evidence.SLOPE
+                others = [n for n in self._free() if n not in (slope.position, slope.velocity)]
+                mine = mine and (
+                    slope.told > evidence.SURE
+                    or _is_of_units(slope.factor)
+                    or any(self._explained(n, joint) >= EXPLAINED for n in others)
+                )
+                known = roles.get('velocity')
+                is_open = known is None or (
+                    known in self.moving and self._slope(roles['position'], known) is None
+                )
+                if mine and is_open and slope.velocity not in self._taken():
                     roles['velocity'] = slope.velocity
 
     def _add_efforts(self) -> None:
         """Give each joint without an effort that of what is left which its motion explains."""
-        without = [joint for joint, roles in self.roles.items() if 'effort' not in roles]
+        # A second encoder of a joint has the effort of the first.
+        known = [r['position'] for r in self.roles.values() if 'effort' in r]
+        without = [
+            joint
+            for joint, r in self.roles.items()
+            if 'effort' not in r and not any(self._ratio(q, r['position']) for q in known)
+        ]
         free = [n for n in self._free() if n not in self.alike]
         free = [n for n in free if not any(self._nearly_same(v, n) for v in self._velocities())]
         if not without or not free:
@@ -358,7 +384,8 @@ class Guesser(NamedColumns):
         elif blocks:
             self._effort_block(blocks)
         else:
-            self._fewer_efforts(without, [n for n in free if self.words[n].quantity == 'effort'])
+            named = [n for n in free if self.words[n].quantity == 'effort']
+            self._fewer_efforts(without, named if self.is_named else free)
 
     def _fewer_efforts(self, joints: Sequence[str], efforts: Sequence[str]) -> None:
         """Give each of the efforts that are fewer than joints to that which explains it best."""
@@ -405,6 +432,9 @@ class Guesser(NamedColumns):
 
     def _best_effort(self, joint: str, names: Sequence[str]) -> None:
         shares = {name: self._explained(name, joint) for name in names}
+        measured = {n: x for n, x in shares.items() if not self.words[n].is_computed}
+        if any(x >= EXPLAINED for x in measured.values()):
+            shares = measured
         best = max(shares, key=lambda name: float(np.nan_to_num(shares[name], nan=-1.0)))
         if len(names) == len(self.roles) == 1 and not shares[best] >= EXPLAINED:
             self.roles[joint]['effort'] = best

@@ -6,37 +6,61 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from sosml_friction.bags.tables.units import SPELLINGS, WRITTEN, known_units, plain_unit
+from sosml_friction.bags.tables.units import (
+    LINEAR_UNITS,
+    SPELLINGS,
+    UNITS,
+    WRITTEN,
+    known_units,
+    plain_unit,
+)
 
 #: Words for a quantity; short ones as in the equations of robots.
 _QUANTITIES = {
     'time': 't time timestamp stamp clock zeit sec secs seconds nanos nanosec nanosecs '
     'nanoseconds',
-    'position': 'q qpos pos position positions angle angles theta phi encoder enc winkel lage',
-    'velocity': 'qd dq qdot qvel vel velocity velocities speed speeds omega dtheta thetadot '
-    'drehzahl geschwindigkeit',
+    'position': 'q qpos pos position positions ang angle angles theta phi encoder enc winkel lage',
+    'velocity': 'qd dq qdot qvel vel velocity velocities speed speeds spd omega dtheta thetadot '
+    'rpm erpm drehzahl geschwindigkeit',
     'acceleration': 'qdd ddq qddot qacc acc accel acceleration accelerations',
     'effort': 'tau torque torques trq eff effort efforts force moment current currents cur curr i '
-    'iq amps voltage voltages volts load loads qfrc drehmoment kraft strom',
+    'iq amps voltage voltages volt volts load loads qfrc drehmoment kraft strom',
     'temperature': 'temp temperature temperatures temperatur',
     'injected': 'pulse pulses injected excitation dither perturbation chirp',
 }
-_LOADS = frozenset(('load', 'loads'))
+#: Words that give way to others: a servo's load is its effort, and the position of a load is that
+#: of its side; pulses may be added to a command, or come from an encoder.
+_WEAK = frozenset(('load', 'loads', 'pulse', 'pulses'))
 _WORDS = {word: quantity for quantity, text in _QUANTITIES.items() for word in text.split()}
-#: Of what was commanded, and of what is no joint: neither is a measurement of a joint.
-_WISHES = frozenset((
+#: At the end of a name these are words for a quantity, and "position_in" is what goes in.
+_NO_UNITS = _WORDS.keys() - _WEAK | {'in'}
+#: Of what was commanded: it may stand for what was not measured.
+_COMMANDS = frozenset((
     'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
-    'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err',
-    'limit', 'max', 'min', 'tcp', 'eef', 'cartesian', 'wrench', 'external', 'ext',
-    'action', 'actions', 'planned', 'pose', 'orientation', 'quaternion', 'quat', 'imu', 'odom',
+    'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'action', 'actions',
+    'planned',
+))  # fmt: skip
+#: Of what is no joint: neither is a measurement of one.
+_WISHES = _COMMANDS | frozenset((
+    'error', 'err', 'limit', 'max', 'min', 'tcp', 'eef', 'cartesian', 'wrench', 'external', 'ext',
+    'batt', 'battery', 'bus', 'vbus', 'ibus', 'supply', 'pose', 'orientation', 'quaternion',
+    'quat', 'imu', 'odom',
 ))  # fmt: skip
 #: Of these, what may be short for a joint.
 _SHORT = frozenset(('sp', 'd'))
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
     'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
-    'filtered', 'filt', 'control', 'ist', 'istwert', 'msr',
+    'filtered', 'filt', 'control', 'ist', 'istwert', 'msr', 'hat', 'mot',
 ))  # fmt: skip
+#: Of a part of an effort that a model tells, as tau_g, or an observer: nobody measured it.
+_COMPUTED = frozenset((
+    'computed', 'predicted', 'simulated', 'model', 'gravity', 'grav', 'g', 'coriolis', 'c',
+    'friction', 'fric', 'f', 'inertia', 'ff', 'feedforward', 'comp', 'compensation', 'residual',
+    'disturbance', 'hat',
+))  # fmt: skip
+#: What turns is in no unit of length: theta_m is that of the motor.
+_ANGLES = frozenset(('ang', 'angle', 'angles', 'theta', 'phi', 'winkel'))
 #: Names of two words that are one: currents of a motor's axes, and derivatives.
 _JOINED = (
     (re.compile(r'(?i)\b([iuv])[ _]q\b'), r'\1q'),
@@ -51,7 +75,8 @@ _NUMBER = re.compile(r'[\[(]((id|axis|joint|j|motor|servo|node)\W?)?\d+[\])]', r
 _BY_WORD = {
     'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
     'kraft': 'N', 'current': 'A', 'currents': 'A', 'cur': 'A', 'curr': 'A', 'i': 'A', 'iq': 'A',
-    'amps': 'A', 'strom': 'A', 'voltage': 'V', 'voltages': 'V', 'volts': 'V', 'drehzahl': 'rpm',
+    'amps': 'A', 'strom': 'A', 'voltage': 'V', 'voltages': 'V', 'volt': 'V', 'volts': 'V',
+    'rpm': 'rpm', 'drehzahl': 'rpm',
 }  # fmt: skip
 
 
@@ -63,7 +88,8 @@ class HeaderWord(NamedTuple):
     ``temperature``, ``injected`` or ''; ``unit`` is the mapping's or ''; ``joint`` what is left of
     the name, a number or a name or ''; ``is_wish``: what was commanded or is no joint's.
     ``is_unit_written``: whether the unit stands there, or comes with the word; ``strange``: what
-    stands in the place of a unit and is none that is known, or ''.
+    stands in the place of a unit and is none that is known, or ''; ``is_computed``: whether it is
+    what a model or an observer tells; ``is_command``: whether it was commanded.
     """
 
     quantity: str
@@ -72,6 +98,13 @@ class HeaderWord(NamedTuple):
     is_wish: bool
     is_unit_written: bool
     strange: str = ''
+    is_computed: bool = False
+    is_command: bool = False
+
+    @property
+    def is_foreign(self) -> bool:
+        """Tell whether it was neither measured at a joint nor commanded to it."""
+        return self.is_computed or (self.is_wish and not self.is_command)
 
     @property
     def objection(self) -> str:
@@ -87,7 +120,8 @@ def read_headers(names: Iterable[str]) -> dict[str, HeaderWord]:
     Return what the names of one table say.
 
     What is short for a wish may be the name of a joint: q_sp is that of the shoulder's pitch where
-    all that was measured has a joint in its name, as q_sr has, and a set point beside q.
+    all that was measured has a joint in its name, as q_sr has, and a set point beside q. So may be
+    what is short for a unit: pos_m is that of the motor beside pos_l.
     """
     words = {name: read_header(name) for name in names}
     kinds = ('position', 'velocity', 'effort')
@@ -95,11 +129,18 @@ def read_headers(names: Iterable[str]) -> dict[str, HeaderWord]:
     for name, word in words.items():
         if own and '' not in own and word.is_wish and word.quantity in kinds and not word.joint:
             words[name] = read_header(name, _WISHES - _SHORT)
+        beside = [n for n in words if n != name and n[:-1] == name[:-1] and n[-1:].isalpha()]
+        if word.unit == name[-1:] and beside and not any(words[n].unit for n in beside):
+            joint = '_'.join(filter(None, (word.joint, word.unit)))
+            words[name] = word._replace(unit='', is_unit_written=False, joint=joint)
     return words
 
 
 def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
     """Return what the name of a column says of it."""
+    unit = WRITTEN['time'].get(plain_unit(name), '')
+    if unit and len(name) > 1:
+        return HeaderWord('time', unit, '', False, True)
     # A bracket with a number is the column of a table; of others that with a unit comes first.
     brackets = sorted(
         re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', _NUMBER.sub('', name)),
@@ -124,8 +165,7 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
         parts += [split[1], split[2]] if split is not None and known else [word]
     lower = [part.lower() for part in parts]
     found = [part for part in lower if part in _WORDS]
-    # A servo's load is its effort, and the position of a load is that of its side.
-    found = [part for part in found if part not in _LOADS] or found
+    found = [part for part in found if part not in _WEAK] or found
     is_word = frozenset(found)
     quantity = _WORDS[found[-1]] if found else ''
     said = None if bracket is None else plain_unit(bracket[1])
@@ -137,6 +177,11 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
     if not quantity and said is not None:
         quantity = next((q for q, units in WRITTEN.items() if said in units), '')
         written = WRITTEN.get(quantity, {}).get(said, '')
+    elif not written and len(lower) > 1 < len(lower[-1]) and (not found or len(found[-1]) == 1):
+        # The unit behind a name, or a letter, says what it is of: j1_deg, t1_Nm.
+        ends = {q: _written_unit(None, lower, q, [lower[-2]]) for q in UNITS}
+        own = next((q for q, unit in ends.items() if unit and UNITS[q][unit]), '')
+        found, quantity, written = ([], own, ends[own]) if own else (found, quantity, written)
     strange = ''
     if bracket is not None and not written:
         inside = re.split(r'[^a-zA-Z0-9°]+', bracket[1].lower())
@@ -158,6 +203,8 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
         any(p in wishes for p in lower),
         bool(written),
         strange,
+        any(p in _COMPUTED for p in lower),
+        any(p in wishes & _COMMANDS for p in lower),
     )
 
 
@@ -182,7 +229,8 @@ def _written_unit(bracket: str | None, lower: list[str], quantity: str, found: l
     if two in units:
         return units[two]
     last = lower[-1]
-    # "position_in" is what goes in.
-    if last in units and (len(last) > 1 or len(found[-1]) > 2) and last not in (*_WORDS, 'in'):
+    if units.get(last) in LINEAR_UNITS and found[-1] in _ANGLES:
+        return ''
+    if last in units and (len(last) > 1 or len(found[-1]) > 2) and last not in _NO_UNITS:
         return units[last]
     return ''

@@ -5,6 +5,9 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from itertools import permutations
+
+import numpy as np
 
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.header_words import HeaderWord
@@ -17,9 +20,11 @@ EXPLAINED = 0.05
 #: Of two efforts of a joint one is not measured there if its motion explains less than this share
 #: of what it explains of the other. Chosen, no measurement.
 _FOLLOWS = 0.5
-#: In names of efforts that a model tells, and nobody measured.
-_COMPUTED = ('computed', 'predicted', 'simulated')
+#: A reference comes before the position by more than this share of a sample. Chosen, no
+#: measurement.
+LEADS = 0.01
 _CURRENTS = ('A', 'mA')
+_LETTERS = re.compile('[a-zA-Z]')
 QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
 
@@ -30,12 +35,14 @@ class NamedColumns(RecordedColumns):
         """Call a column a position if what has the name of a velocity, or efforts, tell that."""
         own = {n: w for n, w in self.words.items() if not w.is_wish and n in self.moving}
         named = {w.joint for w in own.values() if w.quantity == 'position'}
-        # "current" is what is now, too.
-        may = [n for n, w in own.items() if not w.quantity or 'current' in n.lower()]
+        # "current" is what is now, too, and pulses may be those of an encoder.
+        may = [
+            n for n, w in own.items() if w.quantity in ('', 'injected') or 'current' in n.lower()
+        ]
         found = {
             s.position: (own[s.velocity].joint, f'{s.velocity} is its slope')
             for s in self.slopes
-            if s.cosine > evidence.SURE and s.position in may and s.velocity in own
+            if s.told > evidence.SURE and s.position in may and s.velocity in own
             if own[s.velocity].quantity == 'velocity' and own[s.velocity].joint not in named
         }
         joints = [joint for joint, _ in found.values()]
@@ -45,14 +52,15 @@ class NamedColumns(RecordedColumns):
         if not found and not named:
             found = self._of_efforts(own)
         for name, (joint, why) in found.items():
-            self.words[name] = HeaderWord('position', '', joint, False, False)
+            own_word = self.words[name]
+            self.words[name] = HeaderWord('position', '', joint, False, False, own_word.strange)
             self.why[name] = why
 
     def _of_efforts(self, own: Mapping[str, HeaderWord]) -> dict[str, tuple[str, str]]:
         """Return joint and reason of columns that efforts of their numbers follow: J1, torque1."""
         efforts = [n for n, w in own.items() if w.quantity == 'effort' and n in self.moving]
-        ranks = {n: _effort_rank(n, own[n].unit) for n in efforts}
-        best = min(ranks.values(), default=0)
+        ranks = {n: effort_rank(n, own[n]) for n in efforts}
+        best = min(ranks.values(), default=None)
         efforts = [n for n in efforts if ranks[n] == best]
         numbers = {re.sub(r'\D', '', own[n].joint): n for n in efforts}
         plain = {n: re.sub(r'\D', '', w.joint) for n, w in own.items() if not w.quantity}
@@ -70,6 +78,8 @@ class NamedColumns(RecordedColumns):
     def _by_names(self) -> bool:
         """Give columns whose names have a quantity to their joints; tell whether any have."""
         named = {n: w for n, w in self.words.items() if w.quantity in QUANTITIES and not w.is_wish}
+        for name in self._references([n for n, w in named.items() if w.quantity == 'position']):
+            del named[name]
         keys = dict.fromkeys(w.joint for w in named.values() if w.quantity == 'position')
         if not keys:
             return False
@@ -78,7 +88,7 @@ class NamedColumns(RecordedColumns):
             own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
             # What is called as the position is comes before what has its number alone. A torque
             # needs no constant, a current a known one, and a voltage is no effort yet.
-            rank = {n: (named[n].joint not in names, _effort_rank(n, named[n].unit)) for n in own}
+            rank = {n: (named[n].joint not in names, effort_rank(n, named[n])) for n in own}
             of_joint: dict[str, list[str]] = {}
             for name in sorted(own, key=lambda n: rank[n]):
                 joint = self._joint_of_key(named[name].joint, names)
@@ -105,10 +115,28 @@ class NamedColumns(RecordedColumns):
                 roles[quantity], *others = several
                 self.why.setdefault(several[0], 'its name says so')
                 article = 'an' if quantity == 'effort' else 'a'
+                self.alike.update(others)
                 for name in others:
                     self._remark(f'{name} is {article} {quantity} too: {several[0]} was taken')
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
         return bool(self.roles)
+
+    def _references(self, positions: Sequence[str]) -> list[str]:
+        """Return what comes before another position of its number and is nearly that: ASPos.A1."""
+        found = []
+        for first, second in permutations([n for n in positions if n in self.moving], 2):
+            joints = [self.words[n].joint for n in (first, second)]
+            numbers = [re.findall(r'\d+', joint) for joint in joints]
+            is_pair = joints[0] != joints[1] and numbers[0] == numbers[1] != []
+            if is_pair and self._nearly_same(first, second):
+                before = evidence.lead(self.t, self.moving[first], self.moving[second])
+                if before > LEADS * float(np.median(np.diff(self.t))):
+                    found.append(first)
+                    self._remark(
+                        f'{first} is nearly {second} and comes {before:.3g} s before it: the '
+                        'reference of a controller, it seems'
+                    )
+        return found
 
     def _without_supplies(self, joint: str, names: Sequence[str]) -> list[str]:
         """Return efforts without voltages that do not follow the motion, which are told."""
@@ -123,7 +151,10 @@ class NamedColumns(RecordedColumns):
         return [n for n in names if n not in supplies]
 
     def _most_explained(
-        self, joint: str, names: Sequence[str], rank: Mapping[str, tuple[bool, int]]
+        self,
+        joint: str,
+        names: Sequence[str],
+        rank: Mapping[str, tuple[bool, tuple[bool, int, bool]]],
     ) -> list[str]:
         """Return efforts with one first that follows the motion, of those of the same kind."""
         alike = [n for n in names if rank[n][1] == rank[names[0]][1]]
@@ -144,11 +175,14 @@ class NamedColumns(RecordedColumns):
         alike = [known for known in names if number and re.findall(r'\d+', known) == number]
         if len(alike) == 1:
             return names[alike[0]]
-        # HeadYaw/ElectricCurrent/Sensor is of HeadYaw/Position/Sensor.
+        # HeadYaw/ElectricCurrent/Sensor is of HeadYaw/Position/Sensor, knee.motor_current of
+        # knee.output_position, and applied_torque[0] of joint_pos[0] rather than root_pos[0].
         words = set(key.split('_'))
-        inside = [k for k in names if set(k.split('_')) <= words and re.search('[a-zA-Z]', k)]
+        of_key = {k: set(k.split('_')) for k in alike or names}
+        inside = [k for k, own in of_key.items() if own <= words and (alike or _LETTERS.search(k))]
         longest = max((k.count('_') for k in inside), default=0)
         whole = [k for k in inside if k.count('_') == longest]
+        whole = whole or [k for k, own in of_key.items() if words <= own and _LETTERS.search(key)]
         return names[whole[0]] if len(whole) == 1 else None
 
     def _joint_names(self, keys: Sequence[str], as_in_file: bool = True) -> dict[str, str]:
@@ -222,12 +256,13 @@ def _numbers(names: Sequence[str]) -> dict[str, int]:
     return {name: int(number) for name, (number,) in found.items()}
 
 
-def _effort_rank(name: str, unit: str) -> int:
+def effort_rank(name: str, word: HeaderWord) -> tuple[bool, int, bool]:
     """Return the place of an effort by its name and unit among those of one joint."""
-    is_computed = any(word in name.lower() for word in _COMPUTED)
-    if UNITS['effort'].get(unit) is not None:
-        return int(is_computed)
-    if not unit:
+    if UNITS['effort'].get(word.unit) is not None:
+        kind = 0
+    elif not word.unit:
         # What is called so, without a unit, is a torque beside a current.
-        return 2 if 'effort' in name.lower() else 5
-    return 3 if unit in _CURRENTS else 4
+        kind = 2 if 'effort' in name.lower() else 5
+    else:
+        kind = 3 if word.unit in _CURRENTS else 4
+    return word.is_computed, kind, not word.is_unit_written

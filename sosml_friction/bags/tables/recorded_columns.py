@@ -12,6 +12,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.file_kind import TEXT_SUFFIXES, file_kind
 from sosml_friction.bags.tables.header_words import HeaderWord, read_header, read_headers
 from sosml_friction.bags.tables.importer import recognised_wrap
 from sosml_friction.bags.tables.lost_sign import with_sign
@@ -27,6 +28,8 @@ from sosml_friction.model.urdf_joints import read_joints
 SAME = 0.05
 #: Spans that a joint has in rad: less may be metres, more degrees or a shaft that turns freely.
 _RAD_SPAN = (0.5, 4.0 * math.pi)
+#: No joint that moves less is as far from 0 in rad; at 90 it is in deg. Chosen, no measurement.
+_FAR = 2.0 * _RAD_SPAN[1]
 #: Turns, and the +-12.5 rad of the frames that CAN servos took over from MIT's Mini Cheetah.
 _UNIT_OF_WRAP = {
     2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
@@ -50,9 +53,16 @@ _COARSE = 20.0
 _ROUGH = 0.3
 #: What the rate of samples is called in a file [Hz], and the time from one to the next [s].
 _RATES, _STEPS = frozenset(('fs', 'fps', 'rate', 'frequency', 'hz')), frozenset(('dt', 'ts', 'te'))
+#: A line that says a rate or a step: Sampling period is 1000000 nSec.
+_OF_RATE = re.compile(
+    r'\W*([a-z]+ )*(sampl|rate|period|interval|freq|fs\b|dt\b)\D{0,20}(?<!\w)[\d.]+\W{0,2}\w*\W*',
+    re.IGNORECASE,
+)
 #: What is called a time and falls in more steps than these is none: t of p, v, t is a torque.
 #: Chosen, no measurement.
 _FALLS = 0.1
+#: The number of a column in its table: qpos[3], qpos_3.
+_NUMBER = re.compile(r'_?\[?\d+\]?$')
 #: What to do with an array of several recordings, or of several robots.
 ONE_RECORDING = 'give one recording of it, as a table of samples and joints'
 
@@ -89,6 +99,7 @@ class RecordedColumns:
             elif 'time' in name.lower() and (steps > 0).all():
                 # Where each signal has a time of its own: Time_q, q, Time_tau, tau.
                 self.words[name] = word._replace(quantity='time')
+        self._leave_out_base()
         joints = {} if urdf_text is None else read_joints(urdf_text).joints
         self.kinds = {
             name: joint.kind
@@ -133,6 +144,25 @@ class RecordedColumns:
         self.why: dict[str, str] = {}
         # Positions that are nearly the same: one is measured, the others are its references.
         self.alike: set[str] = set()
+
+    def _leave_out_base(self) -> None:
+        """Count the joints of a robot with a free base, a place and a quaternion, behind that."""
+        lists: dict[str, list[str]] = {}
+        for name in self.series:
+            lists.setdefault(_NUMBER.sub('', name), []).append(name)
+        for own in list(lists.values()):
+            turn = np.array([self.series[name] for name in own[3:7]], float)
+            is_base = len(own) > 7 and self.words[own[0]].quantity == 'position'
+            if not is_base or not np.allclose(np.sum(turn**2, axis=0), 1.0, atol=1e-3):
+                continue
+            for names in lists.values():
+                # Its velocities and forces are one fewer.
+                first = {len(own): 7, len(own) - 1: 6}.get(len(names), 0)
+                for k, name in enumerate(names if first else ()):
+                    joint = re.sub(r'\d+$', str(k - first), self.words[name].joint)
+                    is_of_base = k < first
+                    self.words[name] = self.words[name]._replace(joint=joint, is_wish=is_of_base)
+            self._remark(f'{own[0]} to {own[6]} are a free base and no joints: left out')
 
     def _tell_time(self) -> None:
         """Let velocities tell the unit of stamps, where neither their name nor a user does."""
@@ -194,7 +224,16 @@ class RecordedColumns:
             rate = value if last in _RATES else 1.0 / value if last in _STEPS and value else 0.0
             if rate > 0.0:
                 return f'as --rate {rate:.6g}, which {name} = {value:g} speaks for'
-        return ''
+        said = self._line_of_rate()
+        return f'as --rate HZ; its line {said!r} may say it' if said else ''
+
+    def _line_of_rate(self) -> str:
+        """Return a line of a text above the table that may say how often was sampled, or ''."""
+        if file_kind(self.data.path) not in TEXT_SUFFIXES:
+            return ''
+        with self.data.path.open('rb') as stream:
+            lines = stream.read(4096).decode('latin-1').splitlines()
+        return next((line.strip() for line in lines if _OF_RATE.fullmatch(line)), '')
 
     def _unread_time(self) -> str:
         """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""
@@ -256,12 +295,27 @@ class RecordedColumns:
         values = self.series[name]
         if span > 100.0 and np.isfinite(values).all() and (values == np.rint(values)).all():
             return 'counts', f'whole numbers, {span:.0f} from end to end'
+        turning = [r for j, r in self.roles.items() if self.kinds.get(j) != 'prismatic']
+        far = max((self._farthest(r['position']) for r in turning), default=0.0)
+        if span <= _RAD_SPAN[1] and far > _FAR:
+            return FILL_IN, (
+                f'it moves {span:.3g}, and one of the joints is at {far:.3g}: deg or mm, it '
+                'seems, or rad after many turns'
+            )
         if kind is not None and span < _RAD_SPAN[1]:
             return 'rad', f'it turns in the URDF, and moves {span:.3g}'
         if _RAD_SPAN[0] <= span <= _RAD_SPAN[1] and kind is None:
             most = 'it moves' if len(spans) == 1 else 'the joint that moves most moves'
-            return 'rad', f'taken as rad, as {most} {span:.3g}; it may be turns, or m if it slides'
+            return (
+                'rad',
+                f'taken as rad, as {most} {span:.3g}; it may be deg or turns, or m if it slides',
+            )
         return FILL_IN, f'it moves {span:.3g}, which may be rad, deg, m, mm, turns or counts'
+
+    def _farthest(self, position: str) -> float:
+        """Return how far from 0 a position without a unit is, moving or not."""
+        values = np.abs(self.series[position][np.isfinite(self.series[position])])
+        return 0.0 if self.words[position].unit else float(np.max(values, initial=0.0))
 
     def _units_by_slope(self, kind: str | None, factor: float) -> list[str]:
         """Return the units of position whose slope, by a factor, is a velocity in a usual unit."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.tables.header_words import read_header
-from sosml_friction.bags.tables.units import TIME_UNITS
+from sosml_friction.bags.tables.units import TIME_UNITS, UNITS
 from sosml_friction.bags.wrap import wrap_period
 
 #: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own. One of
@@ -32,6 +32,9 @@ SURE, _SAME = 0.999, 0.01
 _SAMPLES = 8
 #: How much of the steps of time may be 0: a logger that writes a sample twice.
 _REPEATED = 0.05
+#: Share of steps of 1 that makes a count: it may begin anew, or lack a sample. Chosen, no
+#: measurement.
+_COUNTED = 0.9
 #: What nanoseconds beside whole seconds are called.
 FINE = re.compile('n(ano_?)?sec(ond)?s?$|nanos$')
 
@@ -54,13 +57,15 @@ class Slope(NamedTuple):
     Say that ``velocity`` is the slope of ``position`` by time.
 
     ``cosine`` of the steps of one with the integral of the other over the same time; ``factor``:
-    slope of position [its unit/s] per unit of velocity.
+    slope of position [its unit/s] per unit of velocity. ``told``: the cosine about their means, if
+    that is less: what hardly changes is the slope of any clock, and of a shaft at one speed.
     """
 
     position: str
     velocity: str
     cosine: float
     factor: float
+    told: float
 
 
 def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
@@ -79,6 +84,9 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     unfit = []
     for name, values in series.items() if not stated else ():
         steps = np.diff(values)
+        if read_header(name).quantity in UNITS and 'time' not in name.lower():
+            # A shaft that turns one way grows all the time too.
+            continue
         grows = len(steps) > 0 and np.isfinite(values).all() and (steps >= 0).all()
         if grows and (steps > 0).mean() >= 1.0 - _REPEATED:
             rising[name] = float(np.std(steps) / np.mean(steps))
@@ -131,8 +139,8 @@ def _fits(values: NDArray[Any], ns: int) -> bool:
 
 
 def counts_samples(values: NDArray[Any]) -> bool:
-    """Tell whether a series grows by 1 from sample to sample."""
-    return bool((np.diff(values) == 1).all())
+    """Tell whether a series grows by 1 from sample to sample, nearly all the time."""
+    return bool((np.diff(values) == 1).mean() > _COUNTED)
 
 
 def _seconds_and_nanoseconds(series: Mapping[str, NDArray[Any]], stated: str) -> Time | None:
@@ -207,19 +215,27 @@ def slopes(t: FloatArray, series: Mapping[str, FloatArray]) -> list[Slope]:
     width = min(_SAMPLES, len(t) // 3)
     step = table[width:] - table[:-width]
     added = integral[width:] - integral[:-width]
-    size_step = np.sqrt(np.sum(step**2, axis=0))
-    size_added = np.sqrt(np.sum(added**2, axis=0))
-    with np.errstate(divide='ignore', invalid='ignore'):
-        cosine = (step.T @ added) / np.outer(size_step, size_added)
+    cosine, varied = (
+        _cosines(step - m * np.mean(step, axis=0), added - m * np.mean(added, axis=0))
+        for m in (0.0, 1.0)
+    )
     found = []
-    for i, j in np.argwhere(np.abs(np.nan_to_num(cosine)) >= SLOPE).tolist():
+    for i, j in np.argwhere(np.abs(cosine) >= SLOPE).tolist():
         # The faster half, by the median: a velocity may be clipped, and is noisy at rest.
         size = np.abs(added[:, j])
         fast = size >= np.median(size[size > 0.0])
         ratio = float(np.median(step[fast, i] / added[fast, j]))
         if i != j:
-            found.append(Slope(names[i], names[j], float(cosine[i, j]), ratio))
+            told = min(cosine[i, j], varied[i, j], key=abs)
+            found.append(Slope(names[i], names[j], float(cosine[i, j]), ratio, float(told)))
     return sorted(found, key=lambda slope: -abs(slope.cosine))
+
+
+def _cosines(step: FloatArray, added: FloatArray) -> FloatArray:
+    """Return the cosine of each column of one table with each of another, 0 where one is 0."""
+    sizes = (np.sqrt(np.sum(x**2, axis=0)) for x in (step, added))
+    with np.errstate(divide='ignore', invalid='ignore'):
+        return np.nan_to_num((step.T @ added) / np.outer(*sizes))
 
 
 def step_by_slopes(stamps: FloatArray, series: Mapping[str, FloatArray]) -> float:

@@ -171,6 +171,11 @@ class _StatedColumns(Guesser):
         if unit:
             said = _known(unit, quantity, entry)
             self.stated_units.add(whole)
+        if quantity == 'effort' and word.quantity == 'effort' and word.is_foreign:
+            self._remark(
+                f'{whole} is by its name not what drives the joint, but external, computed, of a '
+                'supply or a limit: friction is in what was measured at the motor'
+            )
         strange = '' if unit else word.strange
         self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit), strange)
         self.why[whole] = 'stated'

@@ -24,6 +24,8 @@ _BETWEEN = re.compile(r"(?<=\d)[\u00a0\u2009\u202f'](?=\d{3}(?!\d))")
 _WITH_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)')
 #: A name before its number, as a serial monitor shows it.
 _LABEL = re.compile(r'([^\W\d][^:=]*?)\s*[:=]\s*([+-]?[\d.].*)')
+#: What a serial monitor puts between the time of a line and the line.
+_ARROW = re.compile(r'^(\s*\d+:\d+:[\d.,]+)\s*->')
 _IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
 #: Lines that a header may have: a group of columns, names, units, a description.
 _HEADER = 4
@@ -112,17 +114,23 @@ def _rows(path: Path, text: str) -> tuple[list[Row], int]:
     if not lines:
         raise DataError(f'{path} is empty: a CSV file needs rows of numbers, best below a header')
     delimiter = _delimiter([line for _, line in lines[:_LOOK]])
+    lines = [(k, _ARROW.sub(rf'\1{delimiter or " "}', line)) for k, line in lines]
     try:
         rows = [Row(k, _cells(line, delimiter)) for k, line in lines]
     except csv.Error as error:
         raise DataError(f'{path} is no readable CSV file: {error}') from error
     names = _labels(rows)
     if names:
-        lines.insert(0, (0, ''))
         rows = [Row(k, [_LABEL.sub(r'\2', cell) for cell in cells]) for k, cells in rows]
-        rows.insert(0, Row(0, names))
     if ',' in text and (delimiter != ',' or '"' in text):
         rows = _with_points(rows, delimiter, text)
+    labels = _labels_beside(rows)
+    if labels:
+        rows = [Row(k, own[1::2] if own[::2] == labels else own) for k, own in rows]
+        names = [label.rstrip(':=') for label in labels]
+    if names:
+        lines.insert(0, (0, ''))
+        rows.insert(0, Row(0, names))
     first = _first_of_numbers(rows)
     width = len(rows[first].cells) if first < len(rows) else 0
     for k in range(first if not delimiter else 0):
@@ -142,6 +150,18 @@ def _labels(rows: list[Row]) -> list[str]:
     forms = Counter(tuple(m[1] if m else '' for m in own) for own in matches)
     names, often = max(forms.items(), key=lambda form: form[1])
     return list(names) if all(names) and 2 * often > len(matches) else []
+
+
+def _labels_beside(rows: list[Row]) -> list[str]:
+    """Return what stands in a cell before each number of most rows, q 0.5 dq 0.1, or nothing."""
+    forms = Counter(
+        tuple(own[::2])
+        for _, own in rows[:_LOOK]
+        if own[1::2] and all(map(is_number, own[1::2])) and len(own) % 2 == 0
+    )
+    names, often = max(forms.items(), key=lambda form: form[1], default=((), 0))
+    are_words = all(name[:1].isalpha() and not is_missing(name) for name in names)
+    return list(names) if are_words and 2 * often > len(rows[:_LOOK]) else []
 
 
 def _are_numbers(cells: list[str], below: list[str]) -> bool:
@@ -191,7 +211,7 @@ def _delimiter(lines: list[str]) -> str:
             best, most = candidate, same
     # "0,5 1,25": commas inside of numbers that white space parts.
     if best == ',' and all(
-        _DECIMAL_COMMA.fullmatch(cell) or is_number(cell)
+        _DECIMAL_COMMA.fullmatch(cell) or ',' not in cell
         for line in lines[len(lines) // 2 :]
         for cell in line.split()
     ):
@@ -305,7 +325,8 @@ def _labelled(above: list[list[str]]) -> list[str]:
     So a scope writes them: Name, Data-Type, SampleTime[ms], Unit. Its column of time, below those
     words, has no name but that of the line of its step.
     """
-    labels = {cells[0].lower(): cells for cells in above}
+    # As "Channel name" too.
+    labels = {cells[0].lower().split()[-1]: cells for cells in above if cells[0].split()}
     if not {'name', 'unit'} <= set(labels):
         return []
     names, units = labels['name'], labels['unit']

@@ -8,7 +8,7 @@ import re
 #: Of a kilogram and a pound at standard gravity [N], of an inch and a foot [m].
 _KGF, _LBF, _INCH, _FOOT = 9.80665, 4.4482216152605, 0.0254, 0.3048
 #: How counts are written.
-_COUNTS = 'counts count cts cnt lsb'
+_COUNTS = 'counts count cts cnt lsb pulses pulse pls'
 
 # By quantity and unit: its factor to SI, of time to ns, None where the mapping must give it, and
 # how it is written: in small letters, without points, dashes and blanks. Letters alone count in
@@ -16,8 +16,8 @@ _COUNTS = 'counts count cts cnt lsb'
 _TABLE: dict[str, dict[str, tuple[float | None, str]]] = {
     'time': {
         's': (10**9, 's sec secs second seconds'),
-        'ms': (10**6, 'ms msec msecs millisec milliseconds'),
-        'us': (10**3, 'us usec usecs microsec microseconds'),
+        'ms': (10**6, 'ms msec msecs millis millisec milliseconds'),
+        'us': (10**3, 'us usec usecs micros microsec microseconds'),
         'ns': (1, 'ns nsec nsecs nanosec nanoseconds'),
         'min': (60 * 10**9, 'min mins minutes'),
         'h': (3600 * 10**9, 'h hr hrs hours'),

@@ -658,6 +658,18 @@ def test_noise_is_no_robot(tmp_path):
         ('ACTUAL_JOINT_POSITIONS (J2)', 'position', '', 'J2', False),
         ('present_load', 'effort', '', '', False),
         ('load_position', 'position', '', 'load', False),
+        ('theta_m', 'position', '', 'm', False),
+        ('pos_m', 'position', 'm', '', False),
+        ('mot_ang', 'position', '', '', False),
+        ('motor_rpm', 'velocity', 'rpm', '', False),
+        ('q_hat', 'position', '', '', False),
+        ('battery_current', 'effort', 'A', '', True),
+        ('millis', 'time', 'ms', '', False),
+        ('encoder_pulses', 'position', 'counts', '', False),
+        ('j1_deg', 'position', 'deg', 'j1', False),
+        ('t2_Nm', 'effort', 'Nm', '2', False),
+        ('j3_mm', 'position', 'mm', 'j3', False),
+        ('duty_percent', '', '', 'duty_percent', False),
         ('qfrc_actuator[0]', 'effort', '', 'actuator_0', False),
     ],
 )
@@ -1150,3 +1162,201 @@ def test_an_arm_beside_a_gripper_has_the_names_of_the_urdf(tmp_path):
     found = roles(guess_mapping(DataFile(tmp_path / 'x.npz'), urdf))
     assert list(found) == ['gripper', 'shoulder', 'elbow']
     assert found['elbow']['effort'] == 'joint_torques[1]'
+
+
+def test_what_a_model_or_an_observer_tells_is_no_measured_effort(tmp_path):
+    t, q, v, tau = joint(9)
+    names = ['t', 'q', 'q_hat', 'tau_g', 'tau_friction', 'tau_hat', 'current']
+    columns = [t, q, q + 1e-4, 1.5 * np.sin(q), 0.8 * np.sign(v) + 0.2 * v, tau, tau / 2.0]
+    found = roles(guess_mapping(save(tmp_path, columns, names)))
+    assert found == {'joint': {'position': 'q', 'effort': 'current'}}
+    columns[-1] = tau
+    found = roles(guess_mapping(save(tmp_path, columns, [*names[:3], 'u_g', 'u_ff', 'u_f', 'u'])))
+    assert found['joint']['effort'] == 'u'
+
+
+def test_a_current_in_a_stated_unit_comes_before_a_raw_one(tmp_path):
+    t, q, _, tau = joint(9)
+    columns = [t, q, np.rint(40.0 * tau), 100.0 * tau]
+    found = roles(guess_mapping(save(tmp_path, columns, ['t', 'q', 'raw_cur', 'cur_mA'])))
+    assert found['joint']['effort'] == 'cur_mA'
+
+
+def test_the_last_letter_of_two_sides_is_no_unit(tmp_path):
+    t, q, v, tau = joint(9)
+    names = ['t', 'pos_m', 'pos_l', 'vel_m', 'torque_m']
+    guess = guess_mapping(save(tmp_path, [t, 50.0 * q, q, 50.0 * v, tau / 50.0], names))
+    assert guess.content['joints']['m']['position']['unit'] == FILL_IN
+    assert roles(guess)['m']['effort'] == 'torque_m'
+    (alone,) = guess_mapping(save(tmp_path, [t, q], names[:2])).content['joints'].values()
+    assert alone['position']['unit'] == 'm'
+
+
+def test_efforts_find_their_joint_by_a_part_of_its_name(tmp_path):
+    (t, q, _, tau), (_, p, _, force) = joint(1), joint(2)
+    names = ['t']
+    for leg in ('knee', 'ank'):
+        names += [f'{leg}.output_position', f'{leg}.motor_current', f'{leg}.joint_torque']
+    noise = np.random.default_rng(0).normal(size=len(t))
+    columns = [t, q, 9.0 * tau + 5.0 * noise, tau, p, 9.0 * force, force + noise]
+    found = roles(guess_mapping(save(tmp_path, columns, names)))
+    assert [own['effort'] for own in found.values()] == ['knee.joint_torque', 'ank.joint_torque']
+
+
+def test_a_body_with_the_number_of_a_joint_takes_no_effort_from_it(tmp_path):
+    t, q, _, tau = joint(1)
+    _, p, _, force = joint(2)
+    tables = {'joint_pos': np.c_[q, p, q + p], 'root_pos': np.c_[p * q, q * q]}
+    torques = np.c_[tau, force, tau + force]
+    tables |= {'applied_torque': torques, 'computed_torque': torques + 1.0}
+    np.savez(tmp_path / 'x.npz', time=t, **tables)
+    found = roles(guess_mapping(DataFile(tmp_path / 'x.npz')))
+    assert found['joint_0']['effort'] == 'applied_torque[0]'
+
+
+def test_another_effort_of_a_joint_is_not_that_of_its_second_encoder(tmp_path):
+    t, q, v, tau = joint(9)
+    names = ['t', 'motor_pos', 'motor_current', 'motor_voltage', 'link_pos', 'gyroz']
+    found = roles(guess_mapping(save(tmp_path, [t, q, tau, v, 0.1 * q, np.rint(50.0 * v)], names)))
+    assert found['link'] == {'position': 'link_pos'}
+
+
+def test_a_joint_behind_a_free_base_has_its_own_effort(tmp_path):
+    (t, q, v, tau), (_, p, w, force) = joint(1), joint(2)
+    turn = np.stack([np.cos(0.1 * q), np.sin(0.1 * q), 0.0 * q, 0.0 * q])
+    base = np.c_[p, q, p * q, turn.T]
+    np.savez(
+        tmp_path / 'x.npz',
+        time=t,
+        qpos=np.c_[base, q, p],
+        qvel=np.c_[np.zeros((len(t), 6)), v, w],
+        tau=np.c_[tau, force],
+    )
+    guess = guess_mapping(DataFile(tmp_path / 'x.npz'))
+    own = {'position': 'qpos[8]', 'velocity': 'qvel[7]', 'effort': 'tau[1]'}
+    assert roles(guess)['joint_1'] == own
+    assert len(roles(guess)) == 2
+    assert 'qpos[0] to qpos[6] are a free base and no joints: left out' in guess.remarks
+
+
+def test_what_hardly_changes_is_no_velocity_of_a_clock(tmp_path):
+    t, q, _, tau = joint(9)
+    noise = np.random.default_rng(0).normal(size=len(t))
+    t = t + 2e-4 * np.sin(np.arange(len(t)))
+    guess = guess_mapping(save(tmp_path, [t, 1e6 * t * 1.0001, q, tau, 24.0 + 0.05 * noise]))
+    assert all('velocity' not in own for own in roles(guess).values())
+
+
+def test_a_count_that_begins_anew_is_no_position(tmp_path):
+    t, q, _, tau = joint(9)
+    count = np.arange(len(t)) % 600
+    guess = guess_mapping(save(tmp_path, [t, count, q, tau], ['t', 'frame', 'x', 'y']))
+    assert roles(guess)['joint'] == {'position': 'x', 'effort': 'y'}
+
+
+def test_a_slope_that_is_none_by_name_comes_before_one_that_is_called_so(tmp_path):
+    t, q, v, tau = joint(9)
+    _, other, *_ = joint(3)
+    found = roles(
+        guess_mapping(save(tmp_path, [t, q, v, other, tau], ['t', 'Q', 'Qp', 'Qd', 'Tau']))
+    )
+    assert found['joint']['velocity'] == 'Qp'
+
+
+def test_a_velocity_with_repeated_samples_is_no_effort(tmp_path):
+    t, q, v, tau = joint(9, rate=200.0)
+    rng = np.random.default_rng(0)
+    again = np.sort(np.r_[np.arange(len(t)), rng.choice(len(t), len(t) // 10)])
+    found = roles(guess_mapping(save(tmp_path, [x[again] for x in (q, v, tau)])))
+    assert found['joint'] == {'position': 0, 'velocity': 1, 'effort': 2}
+
+
+def test_one_effort_of_two_joints_without_names_is_found(tmp_path):
+    (t, q, v, tau), (_, p, w, _) = joint(1), joint(2)
+    found = roles(guess_mapping(save(tmp_path, [t, q, p, v, w, tau])))
+    assert found['joint_1']['effort'] == 5
+    assert 'effort' not in found['joint_2']
+
+
+def test_pulses_that_a_speed_is_the_slope_of_are_a_position(tmp_path):
+    t, q, v, tau = joint(9)
+    names = ['ms', 'Servo speed', 'Torque', 'Cumulative pulses']
+    columns = [1e3 * t, 9.55 * v, tau, np.rint(4096.0 * q)]
+    guess = guess_mapping(save(tmp_path, columns, names))
+    assert guess.content['time']['unit'] == 'ms'
+    (own,) = guess.content['joints'].values()
+    assert own['position']['variable'] == 'Cumulative pulses'
+    assert own['position']['unit'] == 'counts'
+
+
+def test_setpoints_of_an_arm_whose_names_do_not_say_so_are_left_out(tmp_path):
+    series = [joint(seed) for seed in range(2)]
+    columns = {'t': series[0][0]}
+    for k, (t, q, _, tau) in enumerate(series, 1):
+        early = np.interp(t + 0.012, t, q)
+        columns |= {f'AIPos.A{k}': q, f'ASPos.A{k}': early, f'MACur.A{k}': tau}
+    guess = guess_mapping(save(tmp_path, list(columns.values()), list(columns)))
+    assert [own['position'] for own in roles(guess).values()] == ['AIPos.A1', 'AIPos.A2']
+    assert roles(guess)['AI_A2']['effort'] == 'MACur.A2'
+    assert any('ASPos.A1 is nearly AIPos.A1 and comes' in told for told in guess.remarks)
+
+
+def test_a_shaft_that_turns_one_way_is_no_time(tmp_path):
+    _t, _q, v, tau = joint(9)
+    turned = np.cumsum(np.abs(v) + 0.01) / 250.0
+    guess = guess_mapping(save(tmp_path, [turned, tau], ['position', 'torque']))
+    assert guess.content['sample_rate'] == FILL_IN
+    assert roles(guess)['joint'] == {'position': 'position', 'effort': 'torque'}
+
+
+def test_an_external_torque_may_not_stand_for_an_effort(tmp_path):
+    t, q, _, tau = joint(9)
+    data = save(tmp_path, [t, q, tau], ['t', 'q', 'tau_ext'])
+    guess = guess_mapping(data)
+    assert roles(guess) == {'joint': {'position': 'q'}}
+    assert not any('may stand for it' in told for told in guess.remarks)
+    stated = map_columns(data, Columns({'position': ['q'], 'effort': ['tau_ext']}))
+    assert any('not what drives the joint' in told for told in stated.remarks)
+
+
+def test_units_behind_names_of_axes_are_read(tmp_path):
+    (t, q, _, tau), (_, p, _, force) = joint(1), joint(2)
+    names = ['time', 'j1_deg', 'j2_mm', 't1_Nm', 'f2_N']
+    guess = guess_mapping(save(tmp_path, [t, 57.3 * q, 100.0 * p, tau, 9.0 * force], names))
+    own = guess.content['joints']
+    assert own['j1']['position']['unit'] == 'deg'
+    assert own['j1']['effort'] == {'variable': 't1_Nm', 'unit': 'Nm'}
+    assert own['j2']['position']['unit'] == 'mm'
+    assert roles(guess)['j2']['effort'] == 'f2_N'
+
+
+@pytest.mark.parametrize(
+    ('unit', 'size', 'expected'), [('deg', 57.3, FILL_IN), ('rad', 1.0, 'rad')]
+)
+@pytest.mark.parametrize('rests', [False, True])
+def test_small_motions_in_deg_about_a_posture_are_not_in_rad(
+    tmp_path, unit, size, expected, rests
+):
+    t, q, _, tau = joint(9)
+    near = size * (0.05 if unit == 'deg' else 1.0) * q
+    columns = [t, near if rests else near + 1.57 * size, 0.0 * q + 1.57 * size, tau]
+    guess = guess_mapping(save(tmp_path, columns, ['t', 'q1', 'q2', 'tau1']))
+    assert guess.content['joints']['joint_1']['position']['unit'] == expected
+
+
+def test_a_shaft_at_one_speed_tells_the_unit_of_its_velocity(tmp_path):
+    t = np.arange(2500) / 250.0
+    noise = np.random.default_rng(0).normal(size=(2, 2500))
+    columns = [t, 720.0 * t + 0.01 * noise[0], 120.0 + 0.5 * noise[1], 0.3 + 0.01 * noise[0]]
+    guess = guess_mapping(save(tmp_path, columns, ['t', 'pos_deg', 'speed', 'tau']))
+    assert guess.content['joints']['joint']['velocity'] == {'variable': 'speed', 'unit': 'rpm'}
+
+
+def test_the_question_for_a_rate_quotes_a_line_that_may_say_it(tmp_path):
+    _, q, _, tau = joint(9)
+    rows = '\n'.join(f'{x:.6f},{y:.6f}' for x, y in zip(q, tau, strict=True))
+    path = tmp_path / 'x.csv'
+    for line, said in (('Sampling period is 100000 nSec', True), ('dt of q2', False)):
+        path.write_text(f'{line}\nq,tau\n{rows}\n')
+        told = guess_mapping(DataFile(path)).reasons['sample_rate']
+        assert (f'as --rate HZ; its line {line!r} may say it' in told) is said

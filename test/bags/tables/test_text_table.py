@@ -335,3 +335,32 @@ def test_two_tables_below_each_other_are_told(tmp_path):
     (tmp_path / 'x.csv').write_text(text)
     with pytest.raises(DataError, match='give the tables of the file in files of their own'):
         DataFile(tmp_path / 'x.csv')
+
+
+@pytest.mark.parametrize(('sep', 'point'), [(' ', '.'), (' ', ','), (';', ','), (',', '.')])
+def test_names_in_cells_before_the_numbers_are_those_of_the_columns(tmp_path, sep, point):
+    rows = [sep.join(['j.pos', f'{-0.5 * k:+.3f}', 'cmd:', '+1.250']) for k in range(20)]
+    text = 'Sampling period is 100000 nSec\n\n' + '\n'.join(rows).replace('.', point)
+    (tmp_path / 'x.log').write_text(text.replace(f'j{point}pos', 'j.pos') + '\n')
+    names, values = values_of(tmp_path / 'x.log')
+    assert names == ['j.pos', 'cmd']
+    np.testing.assert_array_equal(values[:, 0], -0.5 * np.arange(20))
+    np.testing.assert_array_equal(values[:, 1], 1.25)
+
+
+def test_lines_that_say_what_they_have_may_call_it_by_two_words(tmp_path):
+    head = ['Timestamp,2024-01-02 03:04:05', 'Channel name,Force', 'Unit,V']
+    rows = [f'{k},{0.1 * k:.1f}' for k in range(20)]
+    pairs = [f'{line},{line}' for line in head] + [f'{row},{row}' for row in rows]
+    pairs[1] = pairs[1].replace('Force,', 'Angle,', 1)
+    (tmp_path / 'x.csv').write_text('\n'.join(pairs) + '\n')
+    assert list(DataFile(tmp_path / 'x.csv')) == ['Timestamp', 'Angle [V]', 'Force [V]']
+
+
+@pytest.mark.parametrize('sep', [',', '\t', ' '])
+def test_an_arrow_of_a_serial_monitor_parts_the_time(tmp_path, sep):
+    rows = [f'12:00:0{k}.005 -> {-0.5 * k}{sep}{k}' for k in range(10)]
+    (tmp_path / 'x.txt').write_text('\n'.join(rows) + '\n')
+    _, values = values_of(tmp_path / 'x.txt')
+    np.testing.assert_allclose(values[:, 0] - values[0, 0], np.arange(10.0))
+    np.testing.assert_array_equal(values[:, 1], -0.5 * np.arange(10))
