@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What no candidate explains: the noise of the recordings, and contacts and impacts in it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.stats import chi2
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
 from sosml_friction.regression.kernels import products, squares
+from sosml_friction.regression.noise_model import NoiseModel, fit_noise
 from sosml_friction.regression.signals import Signals
 
 #: Rows whose columns are put together at a time. Chosen, no measurement.
@@ -27,6 +28,12 @@ _STEPS = 4096
 _BESIDE_LIBRARY = 1e-3
 #: Probability that noise has a step: once in a hundred recordings, as of a tone.
 _STEP_CHANCE = 0.01
+#: How often what the library takes of noise is put back. Where it takes the share h, the power
+#: that is missing is h^(k + 1) after k rounds: of 0.4 it is 3 %.
+_FILLED = 3
+#: Draws of each round: of a minute's noise below 1 Hz, which the library may take as a whole, the
+#: power of one is off by 18 % (2 / 120 of chi-squared, in squares), of eight by 6 %.
+_DRAWS = 8
 #: A point must also explain this many times the variance of a row. From chance alone one of 300
 #: points does so with a probability of 300 exp(-15 / 2) = 0.17 (chi-squared, cosine and sine).
 _CHANCE = 15.0
@@ -37,21 +44,81 @@ MORE_AT_REST = 5.0
 
 
 @dataclass(frozen=True)
+class LibraryFit:
+    """
+    Hold the fit of all candidates together to one joint, by normal equations of columns of norm 1.
+
+    ``norms`` (p,) of the columns that ``act``; ``products`` (p, p) of them, with the ridge.
+    """
+
+    rows: BandRows
+    joint: int
+    act: BoolArray
+    norms: FloatArray
+    products: FloatArray
+
+    def fitted(self, x: FloatArray) -> FloatArray:
+        """Return what columns of norm 1 with coefficients (p, ...) are in all rows (K, ...)."""
+        every = np.zeros((len(self.act), *x.shape[1:]))
+        every[self.act] = (x.T / self.norms).T
+        return np.concatenate(
+            [
+                _design_matrix(self.rows, self.joint, s, part) @ every
+                for s, part in _parts(self.rows)
+            ]
+        )
+
+    def taken(self, efforts: FloatArray) -> FloatArray:
+        """Return what the fit takes of efforts (K, m) in the rows of all stretches."""
+        r, first = np.zeros((len(self.act), efforts.shape[1])), 0
+        for s, part in _parts(self.rows):
+            X = _design_matrix(self.rows, self.joint, s, part)
+            r += X.T @ efforts[first : first + len(X)]
+            first += len(X)
+        return self.fitted(np.linalg.solve(self.products, r[self.act] / self.norms[:, None]))
+
+
+@dataclass(frozen=True)
 class LibraryResidual:
     """
     Hold what all candidates together leave of each joint, by stretch (K,) [Nm or N].
 
     ``steady``: the same without a step of effort in time. What changes once is no noise: a model
-    of noise that had it would whiten it away.
+    of noise that had it would whiten it away. ``fits``: how it was left.
     """
 
     left: list[list[FloatArray]]
     steady: list[list[FloatArray]]
+    fits: list[LibraryFit]
+
+    def noise(
+        self, joint: int, pieces: Callable[[list[FloatArray]], list[FloatArray]], least: float
+    ) -> NoiseModel:
+        """
+        Return the noise of a joint: what is left, and what the library took of it.
+
+        Some hundred functions, most of them slow, take noise as well, and most of what is slow. It
+        is drawn from the model of what is left, as much of it as the library takes is put back,
+        and the model is fitted again: the steps of an expectation maximisation with any
+        coefficients of the library alike.
+
+        :param pieces: which pieces of the stretches are of noise.
+        :param least: smallest standard deviation.
+        """
+        left, rng = self.steady[joint], np.random.default_rng(joint)
+        *ends, count = np.cumsum([len(x) for x in left]).tolist()
+        model = fit_noise(pieces(left), least)
+        for _ in range(_FILLED):
+            drawn = np.column_stack([model.draw(count, rng) for _ in range(_DRAWS)])
+            taken = self.fits[joint].taken(drawn)
+            filled = [np.split(np.concatenate(left) + own, ends) for own in taken.T]
+            model = fit_noise([x for own in filled for x in pieces(own)], least)
+        return model
 
 
 def library_residual(rows: BandRows) -> LibraryResidual:
     """Return what all candidates together leave."""
-    left, steady = [], []
+    left, steady, fits = [], [], []
     ends = np.cumsum([len(part) for part in rows.residual])[:-1]
     every = max(1, -(-sum(len(part) for part in rows.residual) // _STEPS))
     for i in range(rows.signals[0].robot.n):
@@ -61,31 +128,25 @@ def library_residual(rows: BandRows) -> LibraryResidual:
             X = _design_matrix(rows, i, s, part)
             G, r = G + X.T @ X, r + X.T @ rows.residual[s][part, i]
             sums.append(np.add.reduceat(X, np.arange(0, len(X), every)))
-        size = np.sqrt(np.diag(G))
-        acts = size > 0.0
-        size = size[acts]
-        G = G[np.ix_(acts, acts)] / size / size[:, None] + RIDGE * np.eye(len(size))
-        x = np.zeros(len(acts))
-        x[acts] = np.linalg.solve(G, r[acts] / size) / size
-
-        def fitted(x: FloatArray, i: int = i) -> FloatArray:
-            return np.concatenate(
-                [_design_matrix(rows, i, s, part) @ x for s, part in _parts(rows)]
-            )
-
-        residual = np.concatenate([part[:, i] for part in rows.residual]) - fitted(x)
+        norms = np.sqrt(np.diag(G))
+        act = norms > 0.0
+        norms = norms[act]
+        G = G[np.ix_(act, act)] / norms / norms[:, None] + RIDGE * np.eye(len(norms))
+        fit = LibraryFit(rows, i, act, norms, G)
+        fits.append(fit)
+        x = np.linalg.solve(G, r[act] / norms)
+        residual = np.concatenate([part[:, i] for part in rows.residual]) - fit.fitted(x)
         left.append(np.split(_without_lines(rows, i, residual), ends))
         starts = _starts(rows, every)
-        known = np.concatenate(sums)[:, acts] / size
+        known = np.concatenate(sums)[:, act] / norms
         begin, height, beside = _step(residual, starts, known, G)
         if not height:
             steady.append(left[-1])
             continue
-        x[acts] = -beside / size
-        step = fitted(x)
+        step = fit.fitted(-beside)
         step[begin:] += 1.0
         steady.append(np.split(_without_lines(rows, i, residual - height * step), ends))
-    return LibraryResidual(left, steady)
+    return LibraryResidual(left, steady, fits)
 
 
 def _starts(rows: BandRows, every: int) -> IndexArray:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -15,13 +16,13 @@ from sosml_friction.regression.contacts import LOAD_SMOOTHER, Contacts, find_con
 from sosml_friction.regression.evidence import whiten_all
 from sosml_friction.regression.kernels import runs
 from sosml_friction.regression.library_residual import LibraryResidual, in_motion
-from sosml_friction.regression.noise_model import ORDER, NoiseModel, fit_noise
+from sosml_friction.regression.noise_model import ORDER, NoiseModel
 from sosml_friction.regression.rests import WhitenedRests
 from sosml_friction.regression.signals import Signals
 
 #: Noise is fitted to pieces of more rows than this many times its order: a piece gives ORDER rows
 #: less than it has. Chosen, no measurement.
-_PIECE = 4
+_PIECE = 2
 #: Smallest standard deviation of noise, as a share of the effort's root mean square.
 _LEAST_NOISE = 1e-6
 
@@ -56,18 +57,12 @@ class Whitening:
         :param leave_out: leave out standstill.
         :param tolerance: relative error of a nominal parameter that is normal.
         """
-        models = []
-        for i, stretches in enumerate(library.steady):
-            least = _LEAST_NOISE * max(float(rows.signals[0].scales.effort[i]), 1e-12)
-            told = [x for s, x in zip(rows.signals, stretches, strict=True) if i not in s.silent]
-            calm = _calm(rows.signals, i, stretches) if leave_out else told
-            models.append(fit_noise(calm or stretches, least))
         contacts = _contacts(rows, library.left, resting, tolerance**2)
-        if contacts.mask.any():
-            for i, stretches in enumerate(library.steady):
-                calm = _calm(rows.signals, i, stretches, contacts.mask[:, i])
-                if calm:
-                    models[i] = fit_noise(calm, 1e-12)
+        models = []
+        for i in range(rows.signals[0].robot.n):
+            least = _LEAST_NOISE * max(float(rows.signals[0].scales.effort[i]), 1e-12)
+            pieces = partial(_pieces, rows.signals, i, leave_out, contacts.mask[:, i])
+            models.append(library.noise(i, pieces, least))
         result = cls(tuple(models), contacts)
         if leave_out or any(s.silent for s in rows.signals):
             return replace(result, standstill=result.rests(rows.signals))
@@ -98,26 +93,31 @@ class Whitening:
         return x
 
 
-def _calm(
+def _pieces(
     signals: Sequence[Signals],
     joint: int,
+    leave_out: bool,
+    contact: BoolArray,
     stretches: Sequence[FloatArray],
-    contact: BoolArray | None = None,
 ) -> list[FloatArray]:
     """
-    Return the pieces of a residual in which a joint moves and no contact is.
+    Return the pieces of a residual that are noise: without contacts, and rests that are left out.
+
+    All that is known where no piece is long enough.
 
     :param contact: by whitened row.
     """
+    told = [(s, x) for s, x in zip(signals, stretches, strict=True) if joint not in s.silent]
+    if not leave_out and not contact.any():
+        return [x for _, x in told] or list(stretches)
     pieces = []
     first = 0
     for s, x in zip(signals, stretches, strict=True):
         spoiled = ~in_motion(s, len(x))[:, joint]
-        if contact is not None:
-            spoiled[ORDER:] |= contact[first : first + len(x) - ORDER]
-            first += len(x) - ORDER
+        spoiled[ORDER:] |= contact[first : first + len(x) - ORDER]
+        first += len(x) - ORDER
         pieces += [x[a:b] for a, b in runs(~spoiled) if b - a > _PIECE * ORDER]
-    return pieces
+    return pieces or list(stretches)
 
 
 def _contacts(

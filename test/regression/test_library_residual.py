@@ -9,9 +9,11 @@ import pytest
 from known_robots import SLIDER_STEP, recording, slider_model, slider_recording
 
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.library import make_library
 from sosml_friction.model.terms.spring import Spring
 from sosml_friction.regression.band_rows import BandRows
 from sosml_friction.regression.library_residual import library_residual
+from sosml_friction.regression.noise_model import fit_noise
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
 
@@ -53,3 +55,24 @@ def test_a_step_of_effort_is_no_noise_to_the_diagnosis():
     found = diagnose([slider(step=3.0)], MODEL, settings=SETTINGS)
     assert found.verdict == 'unknown_structure', found.sentence
     assert any(x.axis == 'time' for x in found.selection.remainder.beyond_chance)
+
+
+def test_slow_noise_is_known_though_the_library_takes_most_of_it():
+    """
+    Of noise below 0.5 Hz the library takes half of 30 s of the slider: the power of what is left
+    is whitened to 1.6 times that of the noise itself, and with what was taken put back to 0.9.
+    """
+    log = slider_recording(duration=30.0)
+    signals = prepare([log], MODEL, MODEL.make_robot(), SETTINGS)
+    found = library_residual(BandRows.make(signals, make_library(), SETTINGS))
+    drawn = np.random.default_rng(0).normal(0.0, 1.0, (len(log), 1))
+    noise = fit_noise([signals[0].band.apply(drawn)[:, 0]], 1e-9)
+    left = fit_noise(found.steady[0], 1e-9)
+    filled = found.noise(0, list, 1e-9)
+
+    def slow(model):
+        """Return the power that the filter of a model gives to 0 Hz."""
+        return float(model.whitening.sum()) ** 2
+
+    assert slow(left) > 1.4 * slow(noise)
+    assert slow(filled) == pytest.approx(slow(noise), rel=0.2)
