@@ -78,7 +78,14 @@ class BodyRefit:
         columns = nominal.rigid_columns
         x = np.array([fit.refit[nominal.names[k]] for k in columns])
         precision = body_precision(fit.estimate.fit.system, columns)
-        bodies, rotors, deviation = nearest_bodies(robot, nominal.rigid.tolist(), x, precision)
+        rotors = np.array(robot.armature)
+        for joint in fit.armature:
+            # The model knows nothing of it, and of the body something: all inertia that no motion
+            # tells from that of the body is the rotor's, as where the bodies are kept.
+            rotors[robot.names.index(joint)] = max(fit.refit[f'{joint} armature'], 0.0)
+        bodies, rotors, deviation = nearest_bodies(
+            robot, nominal.rigid.tolist(), x, precision, rotors
+        )
         for i, joint in enumerate(robot.names):
             if joint in fit.armature and fit.armature[joint].flags:
                 rotors[i] = fit.armature[joint].value

@@ -166,6 +166,26 @@ def test_rotors_and_bodies_that_are_wrong_are_found_together(log):
         assert off < 0.1 * true.inertia(q).max()
 
 
+@pytest.mark.parametrize('share', [-0.08, 0.08])
+def test_inertia_that_no_motion_tells_from_the_body_is_that_of_the_unknown_rotor(share):
+    """Of a mass that is off gravity tells the weight; a third of the rotor was left to it."""
+    lines, rotor, true = SWINGS['pendulum'][1][0], 5.0, SWINGS['pendulum'][0]
+    rng = np.random.default_rng(SEED)
+    t = 4e-3 * np.arange(10000)
+    q, v, a = (x[:, None] for x in sines(t, lines))
+    tau = rigid_effort(true, q, v, a) + (rotor - 0.02) * a + 2.0 * np.tanh(v / 5e-3) + 1.5 * v
+    tau = tau + 0.05 * rng.standard_normal(tau.shape)
+    log = recording(('joint',), t, q + 5e-5 * rng.standard_normal(q.shape), tau)
+    found = BodyComparison.of([log], unstated(scaled(share, true))).refit
+    assert found.deviations
+    armature = found.armature['joint']
+    assert armature.value == pytest.approx(rotor, rel=0.1)
+    low, high = armature.interval
+    assert low < rotor < high
+    inertia = found.model.make_robot().inertia(np.zeros(1))[0, 0]
+    assert inertia == pytest.approx(12.0 * 0.6**2 + rotor, rel=0.02)
+
+
 def test_a_motion_that_does_not_tell_the_rotor_says_so():
     """So slow that it takes a hundredth of the noise to accelerate the 2 kg."""
     model = unstated(axis_model(2.0))
