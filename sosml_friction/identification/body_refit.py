@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import IndexArray
+from sosml_friction.identification.body_doubt import rows_worth
 from sosml_friction.identification.free_armature import armature_sentence, with_fitted
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.number_text import plus_minus
@@ -169,10 +170,12 @@ def _moved(p: Parameter, value: float) -> Parameter:
 
 def _variance(fit: TermFit, columns: IndexArray) -> dict[str, dict[str, float]]:
     """Return what not knowing the parameters ``columns`` adds to the variance of friction."""
-    names, system = fit.laboratory.nominal.names, fit.estimate.fit.system
+    names, own = fit.laboratory.nominal.names, fit.estimate.fit
+    # As unsure as the bodies are beside all that the model lacks, and not only beside noise.
+    worth = rows_worth(fit.laboratory, own, columns, own.system.prior_weight())
     return {
         joint: {
-            name: body_variance(system, columns, names.index(f'{joint} {name}'))
+            name: body_variance(own.system, columns, names.index(f'{joint} {name}'), worth)
             for name in ('coulomb', 'viscous', 'bias')
         }
         for joint in fit.names
