@@ -15,7 +15,7 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.body_refit import FRICTION, LOAD, NOMINAL, BodyRefit
 from sosml_friction.identification.effort_timing import EffortTiming
-from sosml_friction.identification.late_effort import DELAY, LateEffort, at_the_end
+from sosml_friction.identification.late_effort import DELAY, LateEffort, is_beyond
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND, Parameter
@@ -87,7 +87,7 @@ class BodyComparison:
                 return cls()
             raise
         late = None
-        if at_the_end(fit):
+        if is_beyond(fit):
             # Beyond an interval effort is as late as it is, which reads as viscous friction.
             step('measuring how late effort is')
             delayed = fit_with(bare, (*FRICTION, DELAY), body_tolerance=tolerance, settled=False)
@@ -107,7 +107,7 @@ class BodyComparison:
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
             doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
-            return cls(rotors, _timing(fit, logs), doubt, late, loads)
+            return cls(rotors, _timing(fit, logs, late), doubt, late, loads)
         labels = [term.label for term in shown]
         step('fitting beside the friction that the data show')
         again = fit_with(bare, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
@@ -119,14 +119,17 @@ class BodyComparison:
             fitted = replace(body.model, effects=())
             last = fit_with(fitted, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
             body = body.with_friction_of(last)
-        return cls(body, _timing(fit, logs), None, late, loads)
+        return cls(body, _timing(fit, logs, late), None, late, loads)
 
 
-def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
+def _timing(fit: TermFit, logs: Sequence[JointLog], late: LateEffort | None) -> EffortTiming:
     """Return when effort is reported, as a regression has it beside all else."""
     nominal = fit.laboratory.nominal
     prior = float(nominal.prior[nominal.names.index(EFFORT_HOLD)])
     step = float(np.median([log.step for log in logs]))
+    if late is not None and not late.left.is_told(step):
+        # Known to whole samples no better than by chance, it is not within the interval for sure.
+        return late.left
     return EffortTiming.of(fit.refit[EFFORT_HOLD], fit.refit_errors[EFFORT_HOLD], prior, step)
 
 

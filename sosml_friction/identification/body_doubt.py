@@ -36,13 +36,7 @@ class BodyDoubt:
         own = nominal.rigid_columns[known]
         weight = prior.copy()
         weight[own] /= UNIFORM
-        # What is left beyond the noise makes the rows worth less, and not the tolerance.
-        worth = 1.0 / max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
-        mean, P, between = _posterior(fit, worth, weight)
-        # So does what the blocks of the recording say, each by its own sum of scores: what else
-        # the model lacks, such as cogging, pulls at them in different ways.
-        worth /= float(np.max(between[own] / np.diag(P)[own], initial=1.0))
-        mean, P, _ = _posterior(fit, worth, weight)
+        mean, P, _ = _posterior(fit, rows_worth(laboratory, fit, own, weight), weight)
         P = P[np.ix_(own, own)]
         size = np.sqrt(np.diag(P))
         values, vectors = np.linalg.eigh(P / size / size[:, None])
@@ -62,6 +56,23 @@ class BodyDoubt:
         for joint, root in zip(self.rigid[~bodies] - count, off[~bodies], strict=True):
             result[:, joint] -= a[:, joint, None] * root
         return np.asarray(result)
+
+
+def rows_worth(
+    laboratory: WhitenedRegression, fit: Fit, of: IndexArray, weight: FloatArray
+) -> float:
+    """
+    Return what a row of a regression is worth, 1 where noise alone is left.
+
+    What is left beyond the noise makes it less, and not the tolerance. So does what the blocks of
+    the recording say, each by its own sum of scores: what else the model lacks, such as cogging,
+    pulls at the parameters ``of`` in different ways.
+
+    :param weight: of the tolerances, one over a variance (p,).
+    """
+    worth = 1.0 / max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+    _, P, between = _posterior(fit, worth, weight)
+    return worth / float(np.max(between[of] / np.diag(P)[of], initial=1.0))
 
 
 def _posterior(

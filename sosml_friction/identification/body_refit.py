@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import IndexArray
+from sosml_friction.identification.body_doubt import rows_worth
 from sosml_friction.identification.free_armature import armature_sentence, with_fitted
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.number_text import plus_minus
@@ -78,7 +79,14 @@ class BodyRefit:
         columns = nominal.rigid_columns
         x = np.array([fit.refit[nominal.names[k]] for k in columns])
         precision = body_precision(fit.estimate.fit.system, columns)
-        bodies, rotors, deviation = nearest_bodies(robot, nominal.rigid.tolist(), x, precision)
+        rotors = np.array(robot.armature)
+        for joint in fit.armature:
+            # The model knows nothing of it, and of the body something: all inertia that no motion
+            # tells from that of the body is the rotor's, as where the bodies are kept.
+            rotors[robot.names.index(joint)] = max(fit.refit[f'{joint} armature'], 0.0)
+        bodies, rotors, deviation = nearest_bodies(
+            robot, nominal.rigid.tolist(), x, precision, rotors
+        )
         for i, joint in enumerate(robot.names):
             if joint in fit.armature and fit.armature[joint].flags:
                 rotors[i] = fit.armature[joint].value
@@ -162,10 +170,12 @@ def _moved(p: Parameter, value: float) -> Parameter:
 
 def _variance(fit: TermFit, columns: IndexArray) -> dict[str, dict[str, float]]:
     """Return what not knowing the parameters ``columns`` adds to the variance of friction."""
-    names, system = fit.laboratory.nominal.names, fit.estimate.fit.system
+    names, own = fit.laboratory.nominal.names, fit.estimate.fit
+    # As unsure as the bodies are beside all that the model lacks, and not only beside noise.
+    worth = rows_worth(fit.laboratory, own, columns, own.system.prior_weight())
     return {
         joint: {
-            name: body_variance(system, columns, names.index(f'{joint} {name}'))
+            name: body_variance(own.system, columns, names.index(f'{joint} {name}'), worth)
             for name in ('coulomb', 'viscous', 'bias')
         }
         for joint in fit.names

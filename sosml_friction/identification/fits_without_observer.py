@@ -97,14 +97,16 @@ def with_regression(fit: FrictionFit, laws: Mapping[str, LawFit]) -> FrictionFit
     """
     Return the fits with those of the regression beside refitted bodies.
 
-    In joints whose Stribeck term the weak form does not identify: the regression has none.
+    In joints in which the weak form, beside the same bodies, finds no Stribeck term: the
+    regression has none. Where one shows and its numbers are ranges, C and B may be as well, and a
+    law without it is no surer.
     """
     joints = {name: dict(fits) for name, fits in fit.joints.items()}
     for name, fits in joints.items():
         weak = fits.get(WEAK_FORM)
         if name not in laws or weak is None:
             continue
-        if not np.isfinite(weak.fit.parameters['stribeck'].value):
+        if 'stribeck' not in weak.fit.drawn:
             fits[REGRESSION] = replace(
                 weak, observer=REGRESSION, method=REGRESSION, fit=laws[name], inertia=None
             )

@@ -12,11 +12,12 @@ import numpy as np
 from sosml_friction.bags.block_means import HOLE
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.data_finding import WARNING, DataFinding
+from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
-from sosml_friction.regression.evidence import AT_BOUND
+from sosml_friction.regression.estimate import estimate
 from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.rival import VERY_STRONG
 
@@ -49,6 +50,11 @@ class LateEffort:
         """Return how many samples late that is; what is left is within an interval."""
         return max(1, round(self.delay_s / self.step_s))
 
+    @property
+    def left(self) -> EffortTiming:
+        """Return how late it is still when it is undone by whole samples, as the fit found it."""
+        return EffortTiming(self.delay_s - self.samples * self.step_s, self.std_error)
+
     def undone(self, log: JointLog) -> JointLog:
         """Return the samples with the effort of as much later; those without are left out."""
         time = log.time
@@ -76,8 +82,18 @@ class LateEffort:
         )
 
 
-def at_the_end(fit: TermFit) -> bool:
-    """Tell whether effort is as late as between samples it can be."""
-    nominal = fit.laboratory.nominal
-    bound = float(nominal.bound[nominal.names.index(EFFORT_HOLD)])
-    return fit.refit[EFFORT_HOLD] > AT_BOUND * bound
+def is_beyond(fit: TermFit) -> bool:
+    """
+    Tell whether effort is later than between samples it can be, by the data alone.
+
+    Beside the prior that it is not, data of a slow motion show nothing: an interval may be much
+    shorter than what they tell, and much less than what effort is late by.
+    """
+    laboratory = fit.laboratory
+    k = laboratory.nominal.names.index(EFFORT_HOLD)
+    bound, prior = laboratory.system.bound.copy(), laboratory.system.prior.copy()
+    bound[k] = prior[k] = np.inf
+    free = replace(laboratory, system=replace(laboratory.system, bound=bound, prior=prior))
+    found = estimate(free, fit.estimate.placed)
+    delay, error = float(found.fit.baseline.x[k]), float(found.errors[k])
+    return delay > laboratory.nominal.bound[k] and delay**2 > VERY_STRONG * error**2

@@ -95,7 +95,11 @@ def consistent_inertias(
 
 
 def nearest_bodies(
-    robot: Robot, rigid: Sequence[int], x: FloatArray, precision: FloatArray
+    robot: Robot,
+    rigid: Sequence[int],
+    x: FloatArray,
+    precision: FloatArray,
+    rotors: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
     Return the most likely bodies (n, 10) and rotors (n,) that can exist, for an estimate.
@@ -107,13 +111,16 @@ def nearest_bodies(
     :param rigid: which of the ten numbers per body and then the rotors are base parameters (p,).
     :param x: estimated deviations of these (p,).
     :param precision: A (p, p), the inverse of their covariance.
+    :param rotors: reflected inertias (n,) beside the robot's bodies, where these are better known
+        than its rotors: what no motion feels stays there; None for its own [kg m2 or kg].
     """
     space = _Space(robot)
-    start = space.enter(robot.inertial_parameters(), np.array(robot.armature))
+    own = space.enter(robot.inertial_parameters(), np.array(robot.armature))
+    start = own if rotors is None else space.enter(robot.inertial_parameters(), rotors)
     # What each direction of the space adds to the base parameters.
     base = np.linalg.lstsq(space.numbers_to_effort[:, list(rigid)], space.efforts, rcond=None)[0]
     H = base.T @ precision @ base
-    b = H @ (space.columns.T @ start) + base.T @ precision @ x
+    b = H @ (space.columns.T @ own) + base.T @ precision @ x
     h, V = np.linalg.eigh(H)
     # Directions that no motion feels stay where they are.
     stay = _STAY * float(h[-1])
@@ -134,7 +141,7 @@ def nearest_bodies(
             2.0 if apart > 10.0 * moved / h[-1] else 0.5 if 10.0 * apart < moved / h[-1] else 1.0
         )
         rho, u = rho * factor, u / factor
-    return (*space.leave(possible), base @ (space.columns.T @ (possible - start)))
+    return (*space.leave(possible), base @ (space.columns.T @ (possible - own)))
 
 
 class _Space:

@@ -150,13 +150,15 @@ def body_precision(system: System, rigid: IndexArray) -> FloatArray:
     )
 
 
-def body_variance(system: System, rigid: IndexArray, index: int) -> float:
+def body_variance(system: System, rigid: IndexArray, index: int, worth: float = 1.0) -> float:
     """
     Return the variance that not knowing the rigid body adds to a parameter.
 
     Its variance in the fit less that with the bodies held where the fit has them.
+
+    :param worth: of a row, 1 where noise alone is left.
     """
-    A = system.total + np.diag(system.penalty())
+    A = worth * system.total + np.diag(system.penalty())
     scale = 1.0 / np.sqrt(np.diag(A))
     A = A * scale * scale[:, None]
     held = np.setdiff1d(np.arange(len(A)), rigid)

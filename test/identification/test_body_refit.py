@@ -166,6 +166,57 @@ def test_rotors_and_bodies_that_are_wrong_are_found_together(log):
         assert off < 0.1 * true.inertia(q).max()
 
 
+def off_by_more(share, lacking, seed=SEED):
+    """Return what is fitted of a pendulum whose mass is off, on 0.4 of the range, C 0.8 Nm."""
+    model, lines = SWINGS['pendulum'][:2]
+    rng = np.random.default_rng(seed)
+    t = 4e-3 * np.arange(10000)
+    q, v, a = (x[:, None] for x in sines(t, [(0.4 * size, *own) for size, *own in lines[0]]))
+    tau = rigid_effort(scaled(0.0, model), q, v, a) + 0.8 * np.sign(v) + 0.3 * v + lacking(q, v)
+    tau = tau + 0.05 * rng.standard_normal(tau.shape)
+    log = recording(('joint',), t, q + 5e-5 * rng.standard_normal(q.shape), tau)
+    found = analyse_log(log, scaled(share, model), effort_hold='mean')
+    assert found.body.deviations
+    return found.fit.joints['joint']
+
+
+def test_a_refitted_weight_makes_the_bias_as_unsure_as_all_that_the_model_lacks_makes_it():
+    """A gear that cogs moves the centre of mass, and the bias with it: 0.79 +- 0.07 Nm of none."""
+    fits = off_by_more(0.08, lambda q, v: 0.3 * np.sin(12.0 * q + 1.0))
+    for observer in ('weak_form', 'regression'):
+        low, high = fits[observer].fit.parameters['bias'].interval
+        assert low < 0.0 < high
+
+
+def test_friction_that_bends_is_no_straight_line_for_bodies_that_are_wrong():
+    """Its C and B beside them were numbers: with the bodies of the model they are ranges."""
+    fits = off_by_more(0.08, lambda q, v: 1.5 * v * np.abs(v))
+    assert 'regression' not in fits
+    coulomb = fits['weak_form'].fit.parameters['coulomb']
+    assert NOT_IDENTIFIABLE in coulomb.flags
+    assert coulomb.interval[0] < 0.8 < coulomb.interval[1]
+
+
+@pytest.mark.parametrize('share', [-0.08, 0.08])
+def test_inertia_that_no_motion_tells_from_the_body_is_that_of_the_unknown_rotor(share):
+    """Of a mass that is off gravity tells the weight; a third of the rotor was left to it."""
+    lines, rotor, true = SWINGS['pendulum'][1][0], 5.0, SWINGS['pendulum'][0]
+    rng = np.random.default_rng(SEED)
+    t = 4e-3 * np.arange(10000)
+    q, v, a = (x[:, None] for x in sines(t, lines))
+    tau = rigid_effort(true, q, v, a) + (rotor - 0.02) * a + 2.0 * np.tanh(v / 5e-3) + 1.5 * v
+    tau = tau + 0.05 * rng.standard_normal(tau.shape)
+    log = recording(('joint',), t, q + 5e-5 * rng.standard_normal(q.shape), tau)
+    found = BodyComparison.of([log], unstated(scaled(share, true))).refit
+    assert found.deviations
+    armature = found.armature['joint']
+    assert armature.value == pytest.approx(rotor, rel=0.1)
+    low, high = armature.interval
+    assert low < rotor < high
+    inertia = found.model.make_robot().inertia(np.zeros(1))[0, 0]
+    assert inertia == pytest.approx(12.0 * 0.6**2 + rotor, rel=0.02)
+
+
 def test_a_motion_that_does_not_tell_the_rotor_says_so():
     """So slow that it takes a hundredth of the noise to accelerate the 2 kg."""
     model = unstated(axis_model(2.0))

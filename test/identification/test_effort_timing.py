@@ -35,16 +35,16 @@ def effort(t, lines):
     return (ARMATURE + MASS * LENGTH**2) * a + weight + friction
 
 
-def swing(late, step=STEP, lines=LINES, held=1, seed=3):
+def swing(late, step=STEP, lines=LINES, held=1, seed=3, noise=0.02):
     """
     Return a pendulum at 100 Hz whose effort is reported ``late`` after it acted [s].
 
-    :param held: samples that have the same effort.
+    :param held: samples that have the same effort; ``noise`` of it [Nm].
     """
     t = step * np.arange(round(40.0 / step))
     rng = np.random.default_rng(seed)
     q = sines(t, lines)[0] + 2e-5 * rng.standard_normal(len(t))
-    tau = effort(t - late, lines) + 0.02 * rng.standard_normal(len(t))
+    tau = effort(t - late, lines) + noise * rng.standard_normal(len(t))
     k = np.arange(len(t))
     return recording(('joint',), t, q, tau[k - k % held])
 
@@ -119,6 +119,30 @@ def test_effort_that_is_late_by_samples_feigns_no_viscous_friction(late, togethe
         assert said.level == WARNING
         assert f'{late / STEP:.0f} sample' in said.sentence
         assert not [f for f in one.data_checks.findings if f.check == 'effort_lag']
+
+
+@pytest.mark.parametrize('seed', range(2))
+def test_effort_that_is_late_by_more_than_an_interval_is_seen_in_noisy_effort(seed):
+    """
+    Its 32 ms are told to 7 ms, which is less than the 10 ms between samples.
+
+    Beside the prior of an interval they were not seen: B was 0.078 +- 0.055 Nm s/rad.
+    """
+    log = swing(3.2 * STEP, noise=0.5, seed=seed)
+    found = analyse_log(log, MODEL, FitSettings(body_tolerance=0.0))
+    assert [f for f in found.data_checks.findings if f.check == 'late_effort']
+    parameters = found.fit.joints['joint']['weak_form'].fit.parameters
+    for name, true in (('coulomb', COULOMB), ('viscous', VISCOUS)):
+        low, high = parameters[name].interval
+        assert low < true < high
+
+
+def test_what_is_left_of_a_late_effort_is_no_surer_than_by_how_much_it_is_late():
+    late = LateEffort(3.4 * STEP, 0.7 * STEP, STEP)
+    assert late.samples == 3
+    assert late.left.delay_s == pytest.approx(0.4 * STEP)
+    assert late.left.std_error == 0.7 * STEP
+    assert not late.left.is_told(STEP)
 
 
 def test_effort_of_later_samples_takes_nothing_from_beyond_a_hole():

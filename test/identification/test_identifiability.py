@@ -138,7 +138,7 @@ def test_viscous_friction_is_flagged_where_speeds_do_not_reach_it():
 
 def test_friction_at_its_bound_says_how_large_it_may_be_all_the_same():
     v = plateaus(0.05)
-    y = 0.5 * np.sign(v) - 0.02 * v + NOISE * np.random.default_rng(0).normal(size=len(v))
+    y = 0.5 * np.sign(v) - 0.004 * v + NOISE * np.random.default_rng(0).normal(size=len(v))
     form = LawForm(law='coulomb_viscous')
     viscous = fit_law(v, y, np.arange(len(v)), 'Nm', form=form).parameters['viscous']
     assert AT_BOUND in viscous.flags

@@ -113,20 +113,20 @@ def bend_check(
     """
     Say where friction bends otherwise than the law, None if that is too little to matter.
 
-    :param speeds: of the data (N,) [rad/s or m/s]; ``law`` friction by the law there (N,)
-        [Nm or N], ``bent`` with a power of speed beside it; ``terms`` those of the law.
+    :param speeds: of the data, standstill before them (N,) [rad/s or m/s]; ``law`` friction by the
+        law there (N,) [Nm or N], ``bent`` with a power of speed beside it; ``terms`` of the law.
     """
     apart = bent - law
     k = int(np.argmax(np.abs(apart)))
     if abs(apart[k]) < _MATTERS * float(np.abs(law).max()):
         return None
-    unit = unit_of('velocity', effort_unit)
+    where = f'{speeds[k]:.3g} {unit_of("velocity", effort_unit)}' if k else 'standstill'
     return LawCheck(
         BEND,
         False,
         f'Friction bends with speed otherwise than the law: with |v|^{power:g} beside it, it is '
         f'{abs(apart[k]):.3g} {effort_unit} {"more" if apart[k] > 0.0 else "less"} at '
-        f'{speeds[k]:.3g} {unit} (by chance alone: p < {CHANCE:g}). The errors allow for that; '
+        f'{where} (by chance alone: p < {CHANCE:g}). The errors allow for that; '
         f'--terms {terms},nonlinear_viscous fits it.',
     )
 

@@ -351,11 +351,13 @@ class LawSearch:
 
     def _is_endless(self, solution: LawSolution) -> bool:
         """
-        Tell whether the width of the sign is the largest that is searched.
+        Tell whether the width of the sign is the largest that is searched, or that of the knee.
 
-        Beside a Stribeck term it then stands for a bend that the law does not have.
+        Beside a Stribeck term it then stands for a bend that the law does not have: friction that
+        is gone before it has its sign is seen at no speed, and may be of any size.
         """
-        return solution.v0 > (1.0 - _AT_END) * _LARGEST_V0 * self.slowest
+        wide = solution.v0 > (1.0 - _AT_END) * _LARGEST_V0 * self.slowest
+        return wide or (solution.v_s is not None and solution.v0 >= solution.v_s)
 
     @property
     def exponents(self) -> tuple[float, float]:
@@ -407,25 +409,29 @@ class LawSearch:
             return 0.0
         return self.problem.covariance(solution, found, without)[name, name] / curvature
 
-    def bent(self, law: LawSolution, named: LawSolution) -> dict[str, float] | None:
+    def bent(
+        self, law: LawSolution, named: LawSolution
+    ) -> tuple[LawSolution, dict[str, float]] | None:
         """
-        Return the parameters of a law with the power of speed that explains most beside it.
+        Return a law with the power of speed that explains most beside it, and its parameters.
 
-        None if it explains no more than its size and power would by chance, in 1 %, as the law
-        that is ``named`` knows it.
+        The width of its sign may have stood for that: then with the sign itself. None if it
+        explains no more than its size and power would by chance, in 1 %, as the law that is
+        ``named`` knows it.
         """
         problems = {power: self.problem.bent(power) for power in POWERS}
         tried = {
-            power: its.solve(law.v_s, law.v0, law.alpha, law.weights)
+            (power, v0): its.solve(law.v_s, v0, law.alpha, law.weights)
             for power, its in problems.items()
+            for v0 in dict.fromkeys((law.v0, 0.0))
         }
-        power = min(tried, key=lambda one: tried[one].cost)
-        best = tried[power]
+        power, v0 = min(tried, key=lambda one: tried[one].cost)
+        best = tried[power, v0]
         least = _ROUNDING * float(np.sum(law.weights * self.problem.y**2))
         limit = self.limit(named, 'coulomb', parameters=2, level=1.0 - CHANCE)
         if law.cost - best.cost <= max(limit, least):
             return None
-        return {**problems[power].values_of(best), 'power': power}
+        return replace(law, v0=v0), {**problems[power].values_of(best), 'power': power}
 
     def shows_stribeck(self) -> bool:
         """Tell whether the extra term explains more than its parameters would by chance."""

@@ -159,8 +159,12 @@ class LawSummary:
 
         One that is a range already is what it may be in any of them.
         """
-        known = np.isfinite(found.value)
-        return found.with_variance(self.others.variance(name)) if known else found
+        if not np.isfinite(found.value):
+            return found
+        wide = found.with_variance(self.others.variance(name))
+        if AT_BOUND in found.flags and wide.interval is not None:
+            return replace(wide, interval=(0.0, wide.interval[1]))
+        return wide
 
     def _linear(self, name: str) -> Parameter:
         """Return a parameter that the law is linear in."""
@@ -172,8 +176,10 @@ class LawSummary:
             high = max(free + quantile * float(np.sqrt(self.C[name, name])), 0.0)
             reason = reason_for(name, reach, (0.0, high))
             if name == 'coulomb' and self.solution.v_s is not None:
-                # All of the level at standstill may be Coulomb friction as well as S.
-                high = max(high, self.problem.stribeck_at(self.solution))
+                # All of the level at standstill may be Coulomb friction as well as S, and what
+                # viscous friction makes of it below the data.
+                viscous = self.best['viscous'] * self.search.slowest
+                high = max(high, self.problem.stribeck_at(self.solution) + viscous)
                 reason = _NO_COULOMB
             return Parameter(
                 np.nan if reason else 0.0,

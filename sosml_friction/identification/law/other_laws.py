@@ -5,9 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_checks import LawCheck, bend_check, knee_check
 from sosml_friction.identification.law.law_problem import EXPONENT, LawSolution
 from sosml_friction.identification.law.law_search import LawSearch
@@ -58,30 +60,41 @@ class OtherLaws:
         return sum(d.get(name, 0.0) ** 2 for d in self.moved)
 
     def _add_bent(self, nearest: LawSolution, effort_unit: str) -> None:
-        """Add the law with a power of speed, where the data show one that matters."""
+        """Add the law with a power of speed, where the data show one; and say so if it matters."""
         search = self.search
-        values = search.bent(nearest, self.named)
-        if values is None:
+        found = search.bent(nearest, self.named)
+        if found is None:
             return
+        law, values = found
         speeds = np.geomspace(search.slowest, search.fastest, _COMPARED)
-        plain = self._curve(nearest, self.problem.values_of(nearest))
-        bent = self._curve(nearest, values)
+        # At standstill too, where Coulomb friction is what a law says of it.
+        speeds = np.append(0.0, speeds)
+        plain = self._friction(nearest, self.problem.values_of(nearest), speeds)
+        bent = self._friction(law, values, speeds)
         check = bend_check(
             speeds,
-            plain.torque(speeds),
-            bent.torque(speeds),
+            plain,
+            bent,
             values['power'],
-            ','.join(plain.definition.terms),
+            ','.join(self._curve(nearest, self.problem.values_of(nearest)).definition.terms),
             effort_unit,
         )
+        # A recording may be surer of friction than a bend that is not worth a sentence.
+        self._add(law, values, _BETWEEN)
         if check is not None:
             self.checks.append(check)
-            self._add(nearest, values, _BETWEEN)
 
     def _add(self, law: LawSolution, values: Mapping[str, float], probability: float) -> None:
         named, root = self.problem.values_of(self.named), float(np.sqrt(probability))
         self.curves.append((self._curve(law, values), probability))
         self.moved.append({n: root * (values[n] - named[n]) for n in named if n in values})
+
+    def _friction(
+        self, law: LawSolution, values: Mapping[str, float], speeds: FloatArray
+    ) -> FloatArray:
+        """Return the friction of a law at speeds, of which the first is standstill."""
+        level = self._curve(replace(law, v0=0.0), values).torque(np.finfo(float).tiny)
+        return np.append(level, self._curve(law, values).torque(speeds[1:]))
 
     def _curve(self, law: LawSolution, values: Mapping[str, float]) -> FrictionLaw:
         """Return the law of these parameters, with the knee and the sign of ``law``."""
