@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -108,15 +109,23 @@ class LawRows:
             yield replace(self, y=self.late), 1.0
 
     def _summary(self, effort_unit: str) -> LawSummary:
-        search = self._search(None if self.find_smoothing else self.smoothing_velocity)
-        return LawSummary(search, effort_unit)
+        return LawSummary(self._search, effort_unit)
 
     def smoothing(self) -> float:
         """Return v0 of the law's sign that the rows show, 0 for the sign itself."""
-        return self._search(None).full.v0
+        return self._search.full.v0
 
-    def _search(self, v0: float | None) -> LawSearch:
+    @cached_property
+    def _search(self) -> LawSearch:
         return search_law(
-            self.v, self.y, self.clusters, self.lag, self.keep, v0, self.mean_v, self.form,
-            self.extra, self.unsure,
-        )  # fmt: skip
+            self.v,
+            self.y,
+            self.clusters,
+            self.lag,
+            self.keep,
+            None if self.find_smoothing else self.smoothing_velocity,
+            self.mean_v,
+            self.form,
+            self.extra,
+            self.unsure,
+        )
