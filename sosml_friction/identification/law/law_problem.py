@@ -151,7 +151,7 @@ class LawProblem:
             few.made = lambda column: self.made(column) * root[:, 0]
             return few
         at, combination, own = self._spanned
-        R = triangle(*(columns * root for columns in (own, self._constant, self.y[:, None])))
+        R = triangle(root[:, 0], own, self._constant, self.y[:, None])
         rows = R[:, : own.shape[1]] @ combination
         few.v, few.speed, few.made = at.v, at.speed, lambda column: np.array(rows @ column)
         few.y, few._constant = R[:, -1], R[:, own.shape[1] : -1]
@@ -197,13 +197,14 @@ class LawProblem:
         names = self.names(v_s)
         lower = np.array([0.0 if name in NON_NEGATIVE else -np.inf for name in names])
         scale = column_norms(X)
+        like = X / scale
         # A fit with p parameters leaves sqrt((n - p) / n) of the noise.
         left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
         w = np.ones(len(self.y)) if weights is None else weights
         for _ in range(MOST_SOLVED):
             root = np.sqrt(w)
             # The bounds need only the triangle: a long recording is reduced to it first.
-            whole = triangle(X / scale * root[:, None], (self.y * root)[:, None])
+            whole = triangle(root, like, self.y[:, None])
             R, moment = whole[: len(names), :-1], whole[: len(names), -1]
             if self.form.ridge > 0.0:
                 drawn = [float(name == 'bias') for name in names]
