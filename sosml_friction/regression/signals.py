@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -116,7 +117,7 @@ class Signals:
         """Return the effort that the nominal model expects, (N, n)."""
         return np.asarray(self.rigid + self.friction + self.known)
 
-    @property
+    @cached_property
     def motion(self) -> Motion:
         """
         Return the motion as terms look at it; the load is that of the bodies.
@@ -533,7 +534,8 @@ def _best_sign(
                 for v_s in knees
                 if width < _OF_KNEE * v_s
             ]
-            parts.append(signals.band.apply(np.column_stack([state, bump(state), *faded])))
+            columns = map(signals.band.apply, (state, bump(state), *faded))
+            parts.append(np.column_stack(list(columns)))
         both = np.concatenate(parts)
         both = both - U @ (U.T @ both)
         # How it builds up beside the exponential is fitted too, and forgotten: it would be made
