@@ -137,6 +137,8 @@ class JointLog:
                 f'joint {", ".join(missing)} is not in the recording, which has '
                 f'{", ".join(self.names)}: name its joints in the model or rename them'
             )
+        if tuple(names) == self.names:
+            return self
         index = [self.names.index(name) for name in names]
         # A sample that says something of other joints only came from another publisher on the
         # same topic: it is no sample of these.

@@ -60,10 +60,11 @@ def _period(t: FloatArray, q: FloatArray) -> float | None:
     if len(q) < 2 * _BESIDE + 2:
         return None
     span = float(np.ptp(q))
-    steps, dt = np.diff(q), np.diff(t)
+    steps = np.diff(q)
     jumps = np.flatnonzero(np.abs(steps) > _HALF * span)
     if not len(jumps) or span == 0.0:
         return None
+    dt = np.diff(t)
     speed = steps / dt
     sizes, errors = [], []
     whole_steps = dt <= _HOLE * float(np.median(dt))

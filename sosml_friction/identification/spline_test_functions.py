@@ -60,9 +60,10 @@ def _matrices(
     begin = end - h
     first = np.searchsorted(end, starts, side='right')
     count = np.searchsorted(begin, starts + support) - first
-    bounds = np.append(0, np.cumsum(count))
+    # Products with a matrix are memory read: short indices are less of it.
+    bounds = np.append(0, np.cumsum(count)).astype(np.int32)
     row = np.repeat(np.arange(len(starts)), count)
-    index = np.arange(bounds[-1]) - bounds[row] + first[row]
+    index = (np.arange(bounds[-1]) - bounds[row] + first[row]).astype(np.int32)
     (below, lower), (above, upper) = (
         cubic_spline((t[index] - starts[row]) / piece - 2.0) for t in (begin, end)
     )

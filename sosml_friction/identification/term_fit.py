@@ -14,7 +14,6 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.free_armature import fitted_armature, with_fitted
 from sosml_friction.identification.parameter_interval import AT_ZERO, NON_NEGATIVE
-from sosml_friction.identification.sign_width import with_sign_widths
 from sosml_friction.identification.term_parameters import (
     term_parameters,
     with_interval,
@@ -27,6 +26,8 @@ from sosml_friction.model.model_folder import (
     RobotModelFile,
 )
 from sosml_friction.model.parameter import AT_BOUND, Z_95, Parameter
+from sosml_friction.model.terms.kinds.fading_term import KNEES
+from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Term
 from sosml_friction.regression.body_width import (
     WIDTHS,
@@ -270,10 +271,10 @@ def fit_terms(
     wanted = parse_terms(terms, robot.names)
     step('preparing the recordings')
     logs = [block_means(log.select(robot.names))[0] for log in logs]
-    fitted_laws = [name for name, own in wanted.items() if 'coulomb' in own]
-    nominal = _without(with_sign_widths(model, logs, robot, fitted_laws), wanted)
-    signals = with_known(prepare(logs, nominal, robot, settings), nominal)
+    nominal = _without(model, wanted)
     listed = {term for own in wanted.values() for term in own}
+    knees = KNEES if 'stribeck' in listed else ()
+    signals = with_known(prepare(logs, nominal, robot, settings, knees=knees), nominal)
     laboratory = WhitenedRegression.make(
         signals, _library(wanted, without), settings, step, listed
     )
@@ -288,7 +289,7 @@ def fit_terms(
         names=robot.names,
         units=robot.effort_units,
         terms=fitted,
-        model=with_fitted(_model(model, nominal, fitted), armature),
+        model=with_fitted(_model(model, nominal, fitted, signals[0].scales), armature),
         refit=dict(zip(names, found.fit.baseline.x.tolist(), strict=False)),
         refit_errors=dict(zip(names, found.errors.tolist(), strict=False)),
         before=np.zeros(robot.n),
@@ -492,11 +493,11 @@ def _fitted_terms(
 
 
 def _model(
-    model: RobotModelFile, nominal: RobotModelFile, fitted: Sequence[FittedTerm]
+    model: RobotModelFile, nominal: RobotModelFile, fitted: Sequence[FittedTerm], scales: Scales
 ) -> RobotModelFile:
     """Return the model with the terms: those of a law in the law, the others in its list."""
     joints = {}
-    for name, joint in nominal.joints.items():
+    for (name, joint), width in zip(nominal.joints.items(), scales.width.tolist(), strict=True):
         own = [t for t in fitted if t.joint == name and TERMS[t.term].of_law]
         joints[name] = joint
         if not own:
@@ -518,9 +519,7 @@ def _model(
         for missing in set(law.parameter_names) - set(values):
             effort = 'Nm' if joint.armature.unit == 'kg m2' else 'N'
             values[missing] = Parameter(0.0, law.unit(missing, effort))
-        joints[name] = replace(
-            joint, friction=FrictionParameters(law.identifier, joint.sign_width, values)
-        )
+        joints[name] = replace(joint, friction=FrictionParameters(law.identifier, width, values))
     more = tuple(
         EffectTerm(term.term, term.joint, term.parameters)
         for term in fitted

@@ -390,13 +390,13 @@ class WeakForm:
 
         zero_band = self.settings.zero_band
         v0 = smoothing_velocity
+        found = beyond(max(zero_band, v0 or 0.0))
         if v0 is None:
-            tried = beyond(zero_band)
             # What is slow enough to be called standstill is not the slowest that was recorded.
-            speeds = np.abs(tried.mean_v[tried.keep])
+            speeds = np.abs(found.mean_v[found.keep])
             slowest = float(np.quantile(speeds, 0.02)) if len(speeds) else 0.0
-            v0 = min(tried.smoothing(), _STANDSTILL * slowest)
-        found = beyond(max(zero_band, v0))
+            v0 = min(found.smoothing(), _STANDSTILL * slowest)
+            found = beyond(v0) if v0 > zero_band else found
         if self._unsmoothed is None or not smoothed.any():
             return found
         # The same rows, so that nothing but the velocities differs.

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -44,11 +45,14 @@ _DITHER = 0.1
 _OFF_STEP = 0.02
 #: Widest sign, as a share of the top speed: three times as fast it is 99.5 % of itself, and what
 #: still grows there is no sign but a law of velocity. Chosen, no measurement.
-WIDEST_SIGN = 0.1
+_WIDEST_SIGN = 0.1
 #: Widths tried where the model states none, as shares of the top speed. Chosen, no measurement.
-_WIDTHS = (0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, WIDEST_SIGN)
+_WIDTHS = (0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, _WIDEST_SIGN)
 #: And then, as shares of the best of these: a quarter of a step and half of one to both sides.
 _NEARER = (0.76, 0.87, 1.0, 1.15, 1.32)
+#: Widest sign beside a knee, as a share of its v_s: twice as wide, friction is largest at v_s / 2
+#: and hardly more than half of S, and the two are one bend. Chosen, no measurement.
+_OF_KNEE = 0.25
 #: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
 _BENDS = (-0.2, 0.0, 0.2, 0.4)
 #: Shortest stretch without holes that is used, in periods of the low-pass's cut-off. Chosen, no
@@ -113,7 +117,7 @@ class Signals:
         """Return the effort that the nominal model expects, (N, n)."""
         return np.asarray(self.rigid + self.friction + self.known)
 
-    @property
+    @cached_property
     def motion(self) -> Motion:
         """
         Return the motion as terms look at it; the load is that of the bodies.
@@ -380,12 +384,14 @@ def prepare(
     settings: DiagnosisSettings,
     known: Scales | None = None,
     shortest_s: float | None = None,
+    knees: Sequence[float] = (),
 ) -> list[Signals]:
     """
     Return the signals of all recordings, stretch after stretch.
 
     :param known: scales found on other recordings, to be used as they are.
     :param shortest_s: shortest stretch that is of use [s]; None: as the diagnosis needs.
+    :param knees: v_s, as shares of the top speed, of Stribeck friction that may be found as well.
     :raises DataError: if nothing is long enough.
     """
     scales = known or find_scales(logs, model, robot)
@@ -415,7 +421,7 @@ def prepare(
             'record at least 10 s at one go'
         )
     prepared = [make_signals(stretch, robot, scales, band, begin) for stretch, begin in cut]
-    return prepared if known else _with_fitted_sign(prepared)
+    return prepared if known else _with_fitted_sign(prepared, knees)
 
 
 def sign_state(
@@ -437,14 +443,15 @@ def bump(sign: FloatArray) -> FloatArray:
     return sign * (1.0 - sign * sign)
 
 
-def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
+def _with_fitted_sign(prepared: list[Signals], knees: Sequence[float]) -> list[Signals]:
     """
     Return the signals with the displacement of the sign that fits each joint best.
 
     It is a number of the gear and not of the nominal model. What :func:`find_scales` says is the
     most that still counts as a sign; friction that builds up over more is a cause. Where the model
-    does not state over which velocity the sign is smooth, that is found as well: it is one if it
-    fits very strongly better than any displacement.
+    does not state over which velocity the sign is smooth, that is found as well, beside knees,
+    which would make it narrower: it is smooth if it fits very strongly better than the
+    displacement.
     """
     scales, n = prepared[0].scales, prepared[0].robot.n
     displacement, width = scales.displacement.copy(), scales.width.copy()
@@ -452,12 +459,16 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
         U, y = _beside_sign(prepared, i)
         over = (scales.displacement[i] * np.array(_SIGN_SHARES)).tolist()
         tried = [(x, float(width[i])) for x in over]
-        most, (displacement[i], _) = _best_sign(prepared, i, U, y, tried)
+        _, found = _best_sign(prepared, i, U, y, tried)
+        displacement[i] = found[0]
         if width[i] > 0.0:
             continue
+        at = [share * float(scales.speed[i]) for share in knees]
+        most, _ = _best_sign(prepared, i, U, y, [found], at)
         tried = [(over[0], scales.speed[i] * x) for x in _WIDTHS]
-        _, (_, near) = _best_sign(prepared, i, U, y, tried)
-        more, found = _best_sign(prepared, i, U, y, [(over[0], near * x) for x in _NEARER])
+        _, (_, near) = _best_sign(prepared, i, U, y, tried, at)
+        tried = [(over[0], near * x) for x in _NEARER]
+        more, found = _best_sign(prepared, i, U, y, tried, at)
         noise = max(float(y @ y) - most, 0.0) / max(len(y) - U.shape[1], 1)
         if more - most > VERY_STRONG * noise:
             displacement[i], width[i] = found
@@ -503,12 +514,14 @@ def _best_sign(
     U: FloatArray,
     y: FloatArray,
     tried: Sequence[tuple[float, float]],
+    knees: Sequence[float] = (),
 ) -> tuple[float, tuple[float, float]]:
     """
     Return the most that a sign explains of an effort, and its displacement and width.
 
     :param U: what acts beside it, of which ``y`` has nothing.
     :param tried: displacements and widths.
+    :param knees: v_s of Stribeck friction that may act besides, any of them or none.
     """
     best, found = -1.0, tried[0]
     for over, width in tried:
@@ -516,14 +529,25 @@ def _best_sign(
         for signals in prepared:
             scales = replace(signals.scales, width=np.full(signals.robot.n, width))
             state = sign_state(signals.q, signals.v, joint, over, scales)
-            parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
+            faded = [
+                state * fade(signals.v[:, joint], v_s, 1.0)
+                for v_s in knees
+                if width < _OF_KNEE * v_s
+            ]
+            columns = map(signals.band.apply, (state, bump(state), *faded))
+            parts.append(np.column_stack(list(columns)))
         both = np.concatenate(parts)
         both = both - U @ (U.T @ both)
         # How it builds up beside the exponential is fitted too, and forgotten: it would be made
         # up for by a displacement that is not the gear's.
         for bend in _BENDS:
             state = both[:, 0] + bend * both[:, 1]
-            explained = float(state @ y) ** 2 / max(float(state @ state), 1e-300)
+            size = max(float(state @ state), 1e-300)
+            explained = float(state @ y) ** 2 / size
+            own = both[:, 2:] - np.outer(state, state @ both[:, 2:]) / size
+            S = own.T @ y
+            more = np.maximum(S, 0.0) ** 2 / np.maximum(np.sum(own**2, axis=0), 1e-300)
+            explained += float(np.max(more, initial=0.0))
             if explained > best:
                 best, found = explained, (over, width)
     return best, found

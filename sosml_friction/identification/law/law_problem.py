@@ -33,6 +33,8 @@ _HUBER = 1.345  # 95 % efficient on normal noise
 _SPEEDS = 200
 #: Parameters that may be found beside v_s, none of them linear.
 SIGN_WIDTH, EXPONENT = 'smoothing_velocity', 'exponent'
+#: Names, and a column (K,) of each.
+_Slopes = tuple[tuple[str, ...], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -91,13 +93,19 @@ class LawProblem:
         self._constant = np.column_stack(
             [self.made(column) for column in constant] + [extra[keep]]
         )
+        self._forget()
+
+    def _forget(self) -> None:
+        """Forget the sign and the derivatives that were asked for last."""
         self._signs: tuple[float, FloatArray, FloatArray] | None = None
+        self._slopes: tuple[LawSolution, tuple[str, ...], _Slopes] | None = None
 
     def bent(self, power: float) -> LawProblem:
         """Return the problem with nonlinear viscous friction of a power of speed besides."""
         result = copy(self)
         result.base = (*self.base, *NonlinearViscous.amplitudes)
-        result._signs, result._spanned = None, None
+        result._forget()
+        result._spanned = None
         column = self.made(np.sign(self.v) * power_of_speed(self.v, power))
         result._constant = np.column_stack([self._constant, column])
         return result
@@ -112,21 +120,22 @@ class LawProblem:
         speeds = np.geomspace(slowest, self.speed.max(), _SPEEDS)
         at = copy(self)
         at.v = speeds if self.form.symmetric else np.concatenate([-speeds[::-1], [0.0], speeds])
-        at.speed, at.made, at._signs = np.abs(at.v), lambda column: column, None
+        at._forget()
+        at.speed, at.made = np.abs(at.v), lambda column: column
         at._constant = np.empty((len(at.v), 0))
         if len(self.y) <= len(at.v):
             # Its rows are few as they are.
             return
         columns = np.column_stack([at.columns(*law) for law in laws])
         picked, of_law = spanning(columns), columns.shape[1] // len(laws)
-        own = []
-        for k in picked.tolist():
+        own = np.empty((len(self.y), len(picked)))
+        for j, k in enumerate(picked.tolist()):
             (v_s, v0, alpha), column = laws[k // of_law], k % of_law
             sign = smooth_sign(self.v, v0)
             # The first column of a law is the sign, then come those of the knee.
-            own.append(self.made(self._knees(sign, v_s, alpha)[column - 1] if column else sign))
+            own[:, j] = self.made(self._knees(sign, v_s, alpha)[column - 1] if column else sign)
         combination = np.asarray(np.linalg.pinv(columns[:, picked]))
-        self._spanned = (at, combination, np.column_stack(own))
+        self._spanned = (at, combination, own)
 
     def reduced(self, weights: FloatArray) -> LawProblem:
         """
@@ -136,13 +145,13 @@ class LawProblem:
         has the rows of R.
         """
         root, few = np.sqrt(weights)[:, None], copy(self)
-        few._signs = None
+        few._forget()
         if self._spanned is None:
             few.y, few._constant = self.y * root[:, 0], self._constant * root
             few.made = lambda column: self.made(column) * root[:, 0]
             return few
         at, combination, own = self._spanned
-        R = triangle(*(columns * root for columns in (own, self._constant, self.y[:, None])))
+        R = triangle(root[:, 0], own, self._constant, self.y[:, None])
         rows = R[:, : own.shape[1]] @ combination
         few.v, few.speed, few.made = at.v, at.speed, lambda column: np.array(rows @ column)
         few.y, few._constant = R[:, -1], R[:, own.shape[1] : -1]
@@ -188,13 +197,14 @@ class LawProblem:
         names = self.names(v_s)
         lower = np.array([0.0 if name in NON_NEGATIVE else -np.inf for name in names])
         scale = column_norms(X)
+        like = X / scale
         # A fit with p parameters leaves sqrt((n - p) / n) of the noise.
         left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
         w = np.ones(len(self.y)) if weights is None else weights
         for _ in range(MOST_SOLVED):
             root = np.sqrt(w)
             # The bounds need only the triangle: a long recording is reduced to it first.
-            whole = triangle(X / scale * root[:, None], (self.y * root)[:, None])
+            whole = triangle(root, like, self.y[:, None])
             R, moment = whole[: len(names), :-1], whole[: len(names), -1]
             if self.form.ridge > 0.0:
                 drawn = [float(name == 'bias') for name in names]
@@ -250,14 +260,18 @@ class LawProblem:
         """Return the weights of rows that have theirs in them already, (K,)."""
         return np.ones(len(self.y))
 
-    def jacobian(
-        self, solution: LawSolution, found: tuple[str, ...]
-    ) -> tuple[tuple[str, ...], FloatArray]:
+    def jacobian(self, solution: LawSolution, found: tuple[str, ...]) -> _Slopes:
         """
         Return the derivatives of the law (K, P) and what by.
 
         Here and below, ``found``: which of ``SIGN_WIDTH`` and ``EXPONENT`` were found besides v_s.
         """
+        last = self._slopes
+        if last is None or last[0] is not solution or last[1] != found:
+            last = self._slopes = (solution, found, self._slopes_at(solution, found))
+        return last[2]
+
+    def _slopes_at(self, solution: LawSolution, found: tuple[str, ...]) -> _Slopes:
         v_s, v0, alpha = solution.v_s, solution.v0, solution.alpha
         X, names = self.columns(v_s, v0, alpha), self.names(v_s)
         p = dict(zip(names, solution.theta, strict=True))

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -20,9 +21,6 @@ from sosml_friction.identification.law.law_summary import LawSummary
 #: by S of the rippling exoskeleton, seeds 1 to 5; test/identification/test_rippling_loop.py prints
 #: the share of other seeds.
 _UNSURE = 0.25
-#: Widest sign beside a knee, as a share of its v_s: twice as wide, friction is largest at v_s / 2
-#: and hardly more than half of S, and the two are one bend. Chosen, no measurement.
-_OF_KNEE = 0.25
 
 
 @dataclass(frozen=True)
@@ -111,25 +109,23 @@ class LawRows:
             yield replace(self, y=self.late), 1.0
 
     def _summary(self, effort_unit: str) -> LawSummary:
-        search = self._search(None if self.find_smoothing else self.smoothing_velocity)
-        return LawSummary(search, effort_unit)
+        return LawSummary(self._search, effort_unit)
 
     def smoothing(self) -> float:
         """Return v0 of the law's sign that the rows show, 0 for the sign itself."""
-        return self._search(None).full.v0
+        return self._search.full.v0
 
-    def likeliest_smoothing(self) -> float:
-        """
-        Return v0 of the law's sign, shown or not, 0 for the sign itself where that fits best.
-
-        One that is not shown, and not small beside the knee v_s of its fit, stands for the knee.
-        """
-        search = self._search(None)
-        near = [x.v0 for x in search.unshown(True) if x.v_s and x.v0 < _OF_KNEE * x.v_s]
-        return search.full.v0 or max(near, default=0.0)
-
-    def _search(self, v0: float | None) -> LawSearch:
+    @cached_property
+    def _search(self) -> LawSearch:
         return search_law(
-            self.v, self.y, self.clusters, self.lag, self.keep, v0, self.mean_v, self.form,
-            self.extra, self.unsure,
-        )  # fmt: skip
+            self.v,
+            self.y,
+            self.clusters,
+            self.lag,
+            self.keep,
+            None if self.find_smoothing else self.smoothing_velocity,
+            self.mean_v,
+            self.form,
+            self.extra,
+            self.unsure,
+        )

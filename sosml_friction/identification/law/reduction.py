@@ -25,10 +25,11 @@ def spanning(columns: FloatArray) -> IndexArray:
     return np.asarray(order[: int(np.sum(size > _LEFT * size[0]))])
 
 
-def triangle(*columns: FloatArray) -> FloatArray:
-    """Return R of the QR decomposition of columns side by side, from blocks of their rows."""
+def triangle(root: FloatArray, *columns: FloatArray) -> FloatArray:
+    """Return R of the QR decomposition of root (M,) times columns, from blocks of their rows."""
     R = np.empty((0, sum(each.shape[1] for each in columns)))
     for first in range(0, len(columns[0]), _BLOCK):
-        block = np.column_stack([each[first : first + _BLOCK] for each in columns])
-        R = np.asarray(np.linalg.qr(np.vstack([R, block]), mode='r'))
+        rows = slice(first, first + _BLOCK)
+        block = np.column_stack([each[rows] for each in columns]) * root[rows, None]
+        R = np.asarray(np.linalg.qr(np.vstack([R, block]) if first else block, mode='r'))
     return R

@@ -12,7 +12,8 @@ RNG = np.random.default_rng(5)
 def test_a_triangle_of_blocks_has_the_gram_matrix_of_all_rows(monkeypatch):
     monkeypatch.setattr('sosml_friction.identification.law.reduction._BLOCK', 7)
     a, b = RNG.normal(size=(100, 3)), RNG.normal(size=(100, 2))
-    R, X = triangle(a, b), np.column_stack([a, b])
+    root = RNG.uniform(0.5, 1.0, 100)
+    R, X = triangle(root, a, b), root[:, None] * np.column_stack([a, b])
     assert R.shape == (5, 5)
     np.testing.assert_allclose(R.T @ R, X.T @ X, rtol=1e-12)
 

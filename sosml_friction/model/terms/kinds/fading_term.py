@@ -20,6 +20,8 @@ _T = TypeVar('_T', bound='FadingTerm')
 #: Range of the exponent: from 0.5 (Bo and Pavelescu 1982, who found 0.5 to 1) to above that of the
 #: Gaussian, 2 (Armstrong-Helouvry, Dupont and Canudas de Wit 1994).
 EXPONENTS = (0.5, 2.5)
+#: Values of v_s that are tried first, as shares of the top speed. Chosen, no measurement.
+KNEES = tuple(np.geomspace(0.01, 0.25, 7).tolist())
 
 
 def fade(
@@ -92,8 +94,8 @@ class FadingTerm(EffortTerm):
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
-        speeds = signals.scales.speed[joint] * np.geomspace(0.01, 0.25, 7)
-        return [{'stribeck_velocity': float(v), 'exponent': 1.0} for v in speeds]
+        top = float(signals.scales.speed[joint])
+        return [{'stribeck_velocity': top * share, 'exponent': 1.0} for share in KNEES]
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range."""
