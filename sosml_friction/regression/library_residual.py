@@ -57,6 +57,10 @@ class LibraryFit:
     norms: FloatArray
     products: FloatArray
 
+    def solved(self, r: FloatArray) -> FloatArray:
+        """Return coefficients (p, ...) for products (p, ...) of the columns with efforts."""
+        return np.asarray(np.linalg.solve(self.products, r), dtype=np.float64)
+
     def fitted(self, x: FloatArray) -> FloatArray:
         """Return what columns of norm 1 with coefficients (p, ...) are in all rows (K, ...)."""
         every = np.zeros((len(self.act), *x.shape[1:]))
@@ -75,7 +79,7 @@ class LibraryFit:
             X = _design_matrix(self.rows, self.joint, s, part)
             r += X.T @ efforts[first : first + len(X)]
             first += len(X)
-        return self.fitted(np.linalg.solve(self.products, r[self.act] / self.norms[:, None]))
+        return self.fitted(self.solved(r[self.act] / self.norms[:, None]))
 
 
 @dataclass(frozen=True)
@@ -134,8 +138,8 @@ def library_residual(rows: BandRows) -> LibraryResidual:
         G = G[np.ix_(act, act)] / norms / norms[:, None] + RIDGE * np.eye(len(norms))
         fit = LibraryFit(rows, i, act, norms, G)
         fits.append(fit)
-        x = np.linalg.solve(G, r[act] / norms)
-        residual = np.concatenate([part[:, i] for part in rows.residual]) - fit.fitted(x)
+        fitted = fit.fitted(fit.solved(r[act] / norms))
+        residual = np.concatenate([part[:, i] for part in rows.residual]) - fitted
         left.append(np.split(_without_lines(rows, i, residual), ends))
         starts = _starts(rows, every)
         known = np.concatenate(sums)[:, act] / norms
