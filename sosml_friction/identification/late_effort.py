@@ -18,6 +18,7 @@ from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.regression.estimate import estimate
+from sosml_friction.regression.evidence import AT_BOUND
 from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.rival import VERY_STRONG
 
@@ -84,13 +85,16 @@ class LateEffort:
 
 def is_beyond(fit: TermFit) -> bool:
     """
-    Tell whether effort is later than between samples it can be, by the data alone.
+    Tell whether effort is later than between samples it can be.
 
-    Beside the prior that it is not, data of a slow motion show nothing: an interval may be much
-    shorter than what they tell, and much less than what effort is late by.
+    It is as late as it can be, or the data alone show it very strongly: beside the prior that it
+    is not, data of a slow motion or of noisy effort show nothing, as an interval may be much
+    shorter than what they tell.
     """
     laboratory = fit.laboratory
     k = laboratory.nominal.names.index(EFFORT_HOLD)
+    if fit.refit[EFFORT_HOLD] > AT_BOUND * laboratory.nominal.bound[k]:
+        return True
     bound, prior = laboratory.system.bound.copy(), laboratory.system.prior.copy()
     bound[k] = prior[k] = np.inf
     free = replace(laboratory, system=replace(laboratory.system, bound=bound, prior=prior))

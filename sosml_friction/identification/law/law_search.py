@@ -351,13 +351,11 @@ class LawSearch:
 
     def _is_endless(self, solution: LawSolution) -> bool:
         """
-        Tell whether the width of the sign is the largest that is searched, or that of the knee.
+        Tell whether the width of the sign is the largest that is searched.
 
-        Beside a Stribeck term it then stands for a bend that the law does not have: friction that
-        is gone before it has its sign is seen at no speed, and may be of any size.
+        Beside a Stribeck term it then stands for a bend that the law does not have.
         """
-        wide = solution.v0 > (1.0 - _AT_END) * _LARGEST_V0 * self.slowest
-        return wide or (solution.v_s is not None and solution.v0 >= solution.v_s)
+        return solution.v0 > (1.0 - _AT_END) * _LARGEST_V0 * self.slowest
 
     @property
     def exponents(self) -> tuple[float, float]:

@@ -55,6 +55,10 @@ _NO_EXPONENT = (
     f'no exponent from {EXPONENTS[0]:g} to {EXPONENTS[1]:g} makes a Stribeck term that bends as '
     'friction does: what it is at standstill is not known'
 )
+_NO_SIGN = (
+    'its sign is as smooth as the Stribeck term of the best fit is wide: together they are a '
+    'bend, and extra friction that is gone before it has its sign is in no data'
+)
 
 
 class LawSummary:
@@ -264,6 +268,8 @@ class LawSummary:
             reason = _NO_COULOMB
         if EXPONENT in best and not within(best[EXPONENT], EXPONENTS):
             reason = _NO_EXPONENT
+        if shown and self.solution.v0 >= best['stribeck_velocity']:
+            reason = _NO_SIGN
         if shown and not reason:
             error = float(np.sqrt(C['stribeck', 'stribeck']))
             half = self.quantile['stribeck'] * error

@@ -599,7 +599,7 @@ def test_a_sign_as_wide_as_a_knee_is_a_bend_and_no_knee(power):
     """
     Both together bend as friction of less power than 1 does, far above standstill.
 
-    S was 11 +- 2 Nm where friction is 3.4 to 5 Nm, and nothing said that it bends otherwise.
+    S was 11 +- 2 Nm, a number, where friction is 3.4 to 5 Nm.
     """
     speeds = np.linspace(0.96, 4.85, 300)
     v, at = np.concatenate([speeds, -speeds]), np.linspace(0.96, 4.85, 25)
@@ -608,13 +608,10 @@ def test_a_sign_as_wide_as_a_knee_is_a_bend_and_no_knee(power):
         y = np.sign(v) * (3.0 + 0.75 * np.abs(v) ** power)
         y += 0.007 * np.random.default_rng(seed).standard_normal(len(v))
         fit = fit_law(v, y, np.arange(len(v)) // 10, 'Nm', smoothing_velocity=None)
-        assert NOT_IDENTIFIABLE in fit.parameters['stribeck'].flags
-        low, high = fit.parameters['coulomb'].interval
-        assert low <= 3.0 <= high
+        for name in ('stribeck', 'stribeck_velocity'):
+            assert NOT_IDENTIFIABLE in fit.parameters[name].flags
         wrong = np.abs(fitted_law(fit).torque(at) - truth)
-        assert (wrong <= band(fit, at)).mean() >= 0.95
-        (told,) = (check for check in fit.checks if check.name == BEND)
-        assert 'less at standstill' in told.sentence
+        assert (wrong <= 1.5 * band(fit, at)).all()
 
 
 def test_coulomb_friction_below_a_bend_upwards_is_within_what_is_left_open_of_it():
