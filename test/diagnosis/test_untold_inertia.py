@@ -33,6 +33,9 @@ def regression(mass, ripple=0.0, **settings):
     asked = replace(DiagnosisSettings(), **settings)
     signals = prepare([recording(('slider',), t, q, tau)], MODEL, MODEL.make_robot(), asked)
     library = {'inertia': Inertia(), 'joint_elasticity': JointElasticity()}
+    if ripple:
+        # What has a name is no noise.
+        library['cogging'] = Cogging()
     return WhitenedRegression.make(signals, library, asked)
 
 
