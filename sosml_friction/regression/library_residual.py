@@ -31,8 +31,8 @@ _STEP_CHANCE = 0.01
 #: How often what the library takes of noise is put back. Where it takes the share h, the power
 #: that is missing is h^(k + 1) after k rounds: of 0.4 it is 3 %.
 _FILLED = 3
-#: Draws of each round: of a minute's noise below 1 Hz, which the library may take as a whole, the
-#: power of one is off by 18 % (2 / 120 of chi-squared, in squares), of eight by 6 %.
+#: Draws of each round. Of a minute's noise below 1 Hz, which the library may take as a whole, the
+#: power of one draw is off by 13 %, sqrt(2 / 120) of chi-squared, and of eight by 5 %.
 _DRAWS = 8
 #: A point must also explain this many times the variance of a row. From chance alone one of 300
 #: points does so with a probability of 300 exp(-15 / 2) = 0.17 (chi-squared, cosine and sine).
