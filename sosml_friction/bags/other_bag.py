@@ -52,6 +52,7 @@ def copy_bag(source: Path, destination: Path) -> Path:
 
     :raises BagError: if the bag cannot be read or has no such topic, or is of ROS 1 and rosbags
         is not installed.
+    :raises DataError: if a file of it was not fetched.
     """
     for file in other_files(source):
         refuse_stand_in(file)

@@ -10,9 +10,7 @@ from scipy.signal import lfilter
 
 from sosml_friction.arrays import FloatArray
 
-#: Order of the autoregression. Chosen: of order 12 it has fewer waves in the band (means over 32
-#: rows of the noise of seven joints, which is white, have 0.8 to 1.0 times the power of rows, and
-#: 1.1 to 2.2 with 6), and takes the structure that is left of measured records for noise.
+#: Order of the autoregression. Chosen, no measurement.
 ORDER = 6
 #: White noise added, as a share of the mean square: the low-pass stops -53 dB, 5e-6 of power.
 _WHITE = 1e-4
