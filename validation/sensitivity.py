@@ -29,7 +29,7 @@ from validation.constants import Number, constants
 
 FACTORS = (0.5, 2.0)
 #: Settings that are a way of looking at data, and no threshold.
-_NO_NUMBER = ('seed', 'trust')
+_NO_NUMBER = ('trust',)
 #: The answers: kind, effect and number of a trial.
 PLAN = (
     ('single', 'stribeck', 0),

@@ -15,17 +15,15 @@ class DiagnosisSettings:
     the noise of position, as inertial effort, reaches that of effort, at most ``widest_band``.
     ``tolerance``: relative error of a nominal parameter that is normal and no cause; within it
     parameters are refitted freely. ``blocks`` stretches of time make ``folds`` folds, each left
-    out in turn. ``nulls``: simulated recordings without a cause, from which the floor comes.
-    ``floor``: smallest held-out gain (share of the whitened residual's energy) that counts,
-    whatever the nulls say, times 1 + ln(points of the candidate's grid); ``floor_margin`` times
-    the largest gain of a null does too. A named cause is the whole of its axis unless a free curve
-    explains more than ``axis_share`` of what both explain. ``most_causes``: largest number of
-    named causes for each joint of the robot, and ``most_terms`` with their harmonics.
-    ``moving_only``: whether friction where a joint stops or turns around is unknown in any case,
-    and not only where the data contradict what the model says there.
-    ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely;
-    ``unknown_armature``: joints of whose rotor nothing is known. ``trust``: the tolerance of a
-    group of nominal parameters (:mod:`sosml_friction.diagnosis.trust`) where it is another.
+    out in turn. ``floor``: smallest held-out gain (share of the whitened residual's energy) that
+    counts, times 1 + ln(points of the candidate's grid). A named cause is the whole of its axis
+    unless a free curve explains more than ``axis_share`` of what both explain. ``most_causes``:
+    largest number of named causes for each joint of the robot, and ``most_terms`` with their
+    harmonics. ``moving_only``: whether friction where a joint stops or turns around is unknown in
+    any case, and not only where the data contradict what the model says there.
+    ``free_inertia``: joints whose rotor is refitted freely; ``unknown_armature``: joints of whose
+    rotor nothing is known. ``trust``: the tolerance of a group of nominal parameters
+    (:mod:`sosml_friction.diagnosis.trust`) where it is another.
     """
 
     band: float | None = None
@@ -33,14 +31,11 @@ class DiagnosisSettings:
     tolerance: float = 0.035
     blocks: int = 14
     folds: int = 7
-    nulls: int = 12
     axis_share: float = 0.03
     floor: float = 0.005
-    floor_margin: float = 1.5
     most_causes: int = 4
     most_terms: int = 10
     moving_only: bool = False
-    seed: int = 0
     free_inertia: tuple[str, ...] = ()
     unknown_armature: tuple[str, ...] = ()
     trust: Mapping[str, float] = field(default_factory=dict)

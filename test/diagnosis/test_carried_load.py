@@ -63,7 +63,7 @@ def is_right(p, true, most=0.05):
 
 def test_both_are_named_with_their_sizes(log, model):
     """A wrong torque constant explains more than either alone, and was named with three more."""
-    found = diagnose([log], model, settings=DiagnosisSettings(nulls=2))
+    found = diagnose([log], model)
     causes = {cause.effect: cause for cause in found.causes}
     assert 'load_dependent_friction' in causes
     assert set(causes) - {'load_dependent_friction'} <= {'payload', 'gravity', 'inertia'}
@@ -147,7 +147,7 @@ def test_beside_a_bias_that_nobody_states_a_constant_by_direction_is_any_number(
 def test_friction_that_a_model_does_not_state_is_told(known_load):
     joint = known_load.joints['joint']
     model = replace(known_load, joints={'joint': replace(joint, friction=None)})
-    found = diagnose([recorded()], model, settings=DiagnosisSettings(nulls=2))
+    found = diagnose([recorded()], model)
     assert found.verdict == 'nothing_above_floor'
     end = found.sentence.rpartition('Not stated in the model, and fitted: joint: coulomb ')[2]
     assert float(end.split()[0]) == pytest.approx(COULOMB, rel=0.01)

@@ -27,7 +27,7 @@ def diagnosed(model, stribeck=0.0, bias=0.0, **settings):
         return s * (1.0 + stribeck / 20.0 * np.exp(-np.abs(v) / 0.03))
 
     log = slider_recording(lambda v: np.full_like(v, bias), seed=1, sign=sign)
-    return diagnose([log], model, None, DiagnosisSettings(nulls=5, **settings), WITHOUT)
+    return diagnose([log], model, None, DiagnosisSettings(**settings), WITHOUT)
 
 
 @pytest.mark.parametrize('stribeck', [0.0, 12.5])

@@ -14,7 +14,6 @@ from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.model_folder import EffectTerm
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.simple_models import pendulum_model
-from sosml_friction.regression.settings import DiagnosisSettings
 
 MASS, LENGTH, INERTIA, COULOMB, VISCOUS = 1.2, 0.3, 0.06, 1.2, 0.5
 SPRING, REST = 14.0, 0.2
@@ -74,5 +73,5 @@ def test_effort_that_follows_the_noise_of_position_hides_nothing(seed):
         effects=(EffectTerm('spring', 'joint', sizes),),
     )
     log = recording(('joint',), t, q, tau)
-    found = diagnose([log], model, settings=DiagnosisSettings(nulls=2))
+    found = diagnose([log], model)
     assert found.verdict == 'nothing_above_floor', found.sentence

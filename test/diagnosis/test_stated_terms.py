@@ -35,7 +35,7 @@ MASS, LENGTH, INERTIA, ARMATURE = 1.2, 0.15, 0.01, 0.03
 COULOMB, VISCOUS = 0.25, 0.2
 STIFFNESS, REST, LOAD = 1.0, 0.3, 0.1
 STRIBECK, STRIBECK_VELOCITY = 0.2, 0.15
-SETTINGS = DiagnosisSettings(band=12.0, nulls=2)
+SETTINGS = DiagnosisSettings(band=12.0)
 #: Causes that these tests have nothing to do with: the search takes a tenth of its time.
 WITHOUT = (
     'backlash', 'joint_elasticity', 'encoder_eccentricity', 'thermal_drift',

@@ -21,7 +21,7 @@ from sosml_friction.model.terms.effort_bias import EffortBias
 from sosml_friction.model.terms.spring import Spring
 from sosml_friction.regression.settings import DiagnosisSettings
 
-MODEL, SETTINGS = slider_model(20.0, 200.0), DiagnosisSettings(nulls=4)
+MODEL, SETTINGS = slider_model(20.0, 200.0), DiagnosisSettings()
 LIBRARY = {'effort_bias': EffortBias(), 'spring': Spring()}
 #: Spring that the model lacks [N/m].
 SPRING = 100.0

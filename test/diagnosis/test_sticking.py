@@ -12,7 +12,6 @@ from known_robots import coulomb_viscous, recording
 
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.simple_models import pendulum_model
-from sosml_friction.regression.settings import DiagnosisSettings
 
 MASS, LENGTH, INERTIA, COULOMB, VISCOUS = 1.2, 0.3, 0.02, 0.25, 0.08
 
@@ -46,5 +45,5 @@ def test_a_joint_that_sticks_at_reversals_hides_nothing(noise):
     law = coulomb_viscous(COULOMB, VISCOUS)
     model = replace(model, joints={'joint': replace(joint, friction=law)})
     log = recording(('joint',), t, q[:, None], tau[:, None])
-    found = diagnose([log], model, settings=DiagnosisSettings(nulls=2))
+    found = diagnose([log], model)
     assert found.verdict == 'nothing_above_floor', found.sentence

@@ -31,7 +31,7 @@ SCHEMA = Path(__file__).parents[2] / 'docs/schema/diagnosis.schema.json'
 
 #: The floor needs the largest of some nulls, not a quantile: fewer make these tests shorter, and
 #: the effects here are many times the floor.
-SETTINGS = DiagnosisSettings(band=15.0, nulls=5)
+SETTINGS = DiagnosisSettings(band=15.0)
 
 
 @pytest.fixture(scope='module')

@@ -17,7 +17,7 @@ from sosml_friction.regression.noise_model import fit_noise
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
 
-MODEL, SETTINGS = slider_model(20.0, 200.0), DiagnosisSettings(nulls=4)
+MODEL, SETTINGS = slider_model(20.0, 200.0), DiagnosisSettings()
 
 
 def slider(step=0.0, slow=0.0, duration=60.0):

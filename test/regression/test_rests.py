@@ -35,7 +35,7 @@ from sosml_friction.share import share_directory
 STEP = 2e-3
 BAND = Band(12.0, STEP)
 LIMIT, TOP = np.array([1.4e-3]), np.array([0.7])
-SETTINGS = DiagnosisSettings(nulls=5)
+SETTINGS = DiagnosisSettings()
 
 
 def stop_and_go():

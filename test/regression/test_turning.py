@@ -51,7 +51,7 @@ def made(log):
     law = coulomb_viscous(0.5, 0.1)
     joints = {'joint': type(model.joints['joint'])(model.joints['joint'].armature, law)}
     model = type(model)(model.name, joints, model.urdf)
-    settings = DiagnosisSettings(nulls=2)
+    settings = DiagnosisSettings()
     signals = prepare([log], model, model.make_robot(), settings)
     return WhitenedRegression.make(signals, make_library(()), settings)
 

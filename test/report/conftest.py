@@ -28,7 +28,6 @@ from sosml_friction.identification.several.consolidation import (
 from sosml_friction.identification.term_fit import TermFit, fit_terms
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
-from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.fit.html import render_report
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
@@ -140,7 +139,7 @@ def bags(analysis: BagAnalysis) -> BagsAnalysis:
 def diagnosis() -> Diagnosis:
     """Return that of a slider with a constant in its effort: a bias, an asymmetry or a spring."""
     log = slider_recording(lambda v: 4.0 + 0.0 * v, seed=1)
-    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=4))
+    return diagnose([log], slider_model())
 
 
 @pytest.fixture(scope='session')

@@ -19,10 +19,10 @@ def test_numbers_that_say_that_they_were_chosen_are_found_and_settings_and_no_ot
     assert 'diagnosis.decision.selector._HALF' in labels
     # Its comment has two lines, and it stands with another.
     assert 'diagnosis.decision.rivals._INDEPENDENT' in labels
-    assert 'regression.settings.floor_margin' in labels
+    assert 'regression.settings.floor' in labels
     # By measurement, by definition, and no threshold.
     assert not labels & {'regression.contacts._IMPACT', 'regression.contacts._MINORITY'}
-    assert 'regression.settings.seed' not in labels
+    assert 'regression.settings.moving_only' not in labels
 
 
 @pytest.mark.parametrize(

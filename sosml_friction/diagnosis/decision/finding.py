@@ -6,8 +6,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from sosml_friction.diagnosis.decision.cause import joint_name
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.estimate import Placed
@@ -31,7 +29,7 @@ class Finding:
     score: Score
     columns: CandidateColumns
     delta_bic: float
-    floor: float = np.nan
+    floor: float
     objection: str = ''
     reduced: str = ''
     rivals: tuple[Finding, ...] = ()

@@ -66,9 +66,11 @@ class Scorer:
         grid: int,
     ) -> Finding:
         """
-        Return a candidate with its BIC.
+        Return a candidate with its BIC and its floor.
 
-        Of N rows and k parameters, the gain G has delta BIC = G - k ln N - 2 ln(grid points).
+        Of N rows, k parameters and g points of a grid, the gain G has
+        delta BIC = G - k ln N - 2 ln g. What may choose among g points has to explain more of
+        data left out as well: ``floor (1 + ln g)``.
         """
         objection = self.objection(effect, joint, inner, s.amplitude, s.error)
         objection = objection or self.refused.get((effect.key, joint), '')
@@ -88,8 +90,9 @@ class Scorer:
         bic = s.gain - price
         fit = self._fitted(effect, joint, inner, s.amplitude, s.error)
         return Finding(
-            effect, joint, inner, s, columns, float(bic), objection=objection,
-            reduced=effect.reduces_to(fit),
+            effect, joint, inner, s, columns, float(bic),
+            floor=self.laboratory.settings.floor * (1.0 + float(np.log(grid))),
+            objection=objection, reduced=effect.reduces_to(fit),
         )  # fmt: skip
 
     def objection(

@@ -4,12 +4,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates
+from sosml_friction.diagnosis.decision.gates import failed_gates
 from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
@@ -114,7 +113,6 @@ class Selector:
                 return result
             if self._first is None and not result.accepted:
                 self._starts = [finding.key for finding in top if not finding.objection]
-            self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
             of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
             if self._first is not None and not result.accepted:
                 top = [finding for finding in top if finding.key == self._first]
@@ -123,8 +121,8 @@ class Selector:
                 self.step('found the friction of the nominal to be wrong')
                 continue
             rivals = Rivals(lab, result.system, top, found)
-            best, masked = chosen(rivals, partial(self._judged, result, of_grid))
-            best = self._as_stated(result, best, rivals, of_grid)
+            best, masked = chosen(rivals, self._judged)
+            best = self._as_stated(result, best, rivals)
             result = replace(result, masked=masked)
             if best.failed:
                 return replace(result, rejected=best)
@@ -156,26 +154,12 @@ class Selector:
                 break
         return sorted(top, key=lambda finding: finding.rank)
 
-    def _judged(
-        self,
-        result: Selection,
-        of_grid: Mapping[tuple[str, int], CandidateColumns],
-        finding: Finding,
-    ) -> Finding:
-        """Return a candidate with its floor, and the gates that it fails beside the accepted."""
-        accepted, columns = result.accepted, of_grid[finding.key]
-        floor = candidate_floor(self.laboratory, result.fit, finding, columns, len(accepted))
-        finding = replace(finding, floor=max(floor, self._misfit(finding)))
-        known = any(other.key == finding.key for other in accepted)
-        return replace(finding, failed=failed_gates(finding, known))
+    def _judged(self, finding: Finding) -> Finding:
+        """Return a candidate with the gates that it fails beside what is impossible."""
+        finding = replace(finding, floor=max(finding.floor, self._misfit(finding)))
+        return replace(finding, failed=failed_gates(finding))
 
-    def _as_stated(
-        self,
-        result: Selection,
-        best: Finding,
-        rivals: Rivals,
-        of_grid: Mapping[tuple[str, int], CandidateColumns],
-    ) -> Finding:
+    def _as_stated(self, result: Selection, best: Finding, rivals: Rivals) -> Finding:
         """
         Return a term as the model states it, where a cause is the same but for its error.
 
@@ -189,7 +173,7 @@ class Selector:
             off = (abs(value - twin.inner[name]) for name, value in best.inner.items())
             reach = (Z_95 * errors.get(name, 0.0) for name in best.inner)
             if all(own <= most for own, most in zip(off, reach, strict=True)):
-                stated = self._judged(result, of_grid, rivals.with_rivals(twin))
+                stated = self._judged(rivals.with_rivals(twin))
                 return best if stated.failed else stated
         return best
 
@@ -237,8 +221,6 @@ class Selector:
             for candidate in lab.candidates
             if candidate.key == key
         )
-        floor = candidate_floor(lab, fit, finding, of_grid[key], len(result.accepted))
-        finding = replace(finding, floor=floor)
         return replace(finding, failed=failed_gates(finding))
 
     def _misfit(self, finding: Finding) -> float:

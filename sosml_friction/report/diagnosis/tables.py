@@ -188,13 +188,11 @@ def controls(diagnosis: Diagnosis) -> str:
             rows.append((f'{most.axis}, {name}', share, floor, most.form))
     columns = {'candidate': '', 'removed on data left out': 'n', 'floor': 'n', '': ''}
     return (
-        f'<p>{settings.nulls} recordings along the same motion were '
-        'simulated for each row without what it says: nominal parameters off by up to their '
-        'tolerance, friction that turns around in other ways, noise as measured. The floor is '
-        f'{settings.floor_margin:g} times the largest share that it removed of any of them, at '
-        f'least {100.0 * settings.floor:g} %. Of free curves without a name: the largest share of '
-        'noise that one explains by itself, and what the tolerances make of it.</p>'
+        f'<p>A candidate has to remove at least {100.0 * settings.floor:g} % of data left out, '
+        'times 1 + ln g where it may choose among g values; more where something that is '
+        'impossible removes as much. Of free curves without a name the floor is the largest '
+        'share of noise that one explains by itself, and what the tolerances make of it.</p>'
         + html_table(columns, rows)
         + f'<p>What was looked for was fixed before: library '
-        f'<code>{diagnosis.library_hash}</code>, seed {settings.seed}.</p>'
+        f'<code>{diagnosis.library_hash}</code>.</p>'
     )

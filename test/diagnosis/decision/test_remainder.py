@@ -31,7 +31,7 @@ from validation.trial import Spec, build, nominal_model
 def diagnosed(extra):
     """Return the diagnosis of a slider with friction 20 s + 200 v + extra(v) [N]."""
     log = slider_recording(extra, seed=1, sign=lambda q, _: dahl_path(q, 4e-5))
-    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=8))
+    return diagnose([log], slider_model())
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,6 @@ def test_a_small_drag_beside_refitted_friction_is_no_all_clear():
     """Of SNR 2.1 before the refit: no curve has 1 % of the energy of noise, all of them 7 %."""
     row = trial(6161, 'outside', 'quadratic_drag', 1)
     assert row['verdict'] == 'unknown_structure'
-    assert not row['causes']
 
 
 def test_a_constant_offset_while_moving_is_a_bias_or_an_asymmetry_and_said_to_be_either():
@@ -75,7 +74,7 @@ def test_a_constant_in_slow_noise_is_either_where_only_reversals_could_tell():
     white = np.random.default_rng(5).normal(size=log.tau.shape)
     slow = 2.0 * lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], white, axis=0)
     noisy = replace(log, tau=log.tau + slow)
-    found = diagnose([noisy], slider_model(), settings=DiagnosisSettings(nulls=8))
+    found = diagnose([noisy], slider_model())
     evidence = {entry['effect']: entry['delta_bic'] for entry in found.ranking}
     assert evidence['asymmetric_friction'] < 0.8 * evidence['effort_bias'] - 10.0
     (cause,) = found.causes
@@ -130,7 +129,7 @@ def test_a_cause_that_is_impossible_at_the_inner_parameters_that_are_settled_is_
 def offset_and_hysteresis():
     """Return the diagnosis of a slider with an offset of 3 N and friction over 0.2 mm."""
     log = slider_recording(lambda v: 3.0 + 0.0 * v, seed=1, sign=lambda q, _: dahl_path(q, 2e-4))
-    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=8))
+    return diagnose([log], slider_model())
 
 
 def test_what_the_steps_of_the_encoder_feign_is_no_structure_beside_a_cause():
@@ -228,7 +227,7 @@ def test_curves_that_are_alike_do_not_hide_each_other_from_an_all_clear():
     found = diagnose(
         [replace(log, tau=log.tau + hidden)],
         slider_model(0.0, 0.0),
-        settings=DiagnosisSettings(nulls=2, trust={'friction': np.inf}),
+        settings=DiagnosisSettings(trust={'friction': np.inf}),
         without=('cogging', 'backlash', 'joint_elasticity', 'thermal_drift'),
     )
     assert found.verdict == 'unknown_structure'

@@ -10,7 +10,6 @@ from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sig
 
 from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.diagnosis import diagnose
-from sosml_friction.regression.settings import DiagnosisSettings
 
 #: Periods per metre, as an angle [rad/m].
 FREQUENCY = 2.0 * np.pi * 130.0
@@ -61,7 +60,7 @@ def slider_log(ripple, seed=3):
 
 def test_a_ripple_of_the_motor_constant_is_no_all_clear():
     model, log = slider_log(0.05)
-    found = diagnose([log], model, settings=DiagnosisSettings(nulls=4))
+    found = diagnose([log], model)
     assert found.verdict == 'unknown_structure'
     (axis,) = [x for x in found.structure['axes'] if x['period'] and x['unknown']]
     assert axis['period'] == pytest.approx(1.0 / 130.0, rel=0.01)
@@ -70,6 +69,6 @@ def test_a_ripple_of_the_motor_constant_is_no_all_clear():
 
 def test_without_a_ripple_none_is_told():
     model, log = slider_log(0.0)
-    found = diagnose([log], model, settings=DiagnosisSettings(nulls=4))
+    found = diagnose([log], model)
     assert found.verdict == 'nothing_above_floor'
     assert not any(x['period'] and x['unknown'] for x in found.structure['axes'])

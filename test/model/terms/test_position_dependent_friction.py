@@ -28,7 +28,7 @@ def test_friction_over_a_linear_axis_is_found_whatever_its_period(periods):
     found = diagnose(
         [recording(('slider',), t, q, tau)],
         slider_model(20.0, 200.0),
-        settings=DiagnosisSettings(nulls=4),
+        settings=DiagnosisSettings(),
     )
     assert found.verdict == 'named'
     assert {cause.effect for cause in found.causes} == {'position_dependent_friction'}

@@ -81,7 +81,7 @@ def test_the_tables_say_what_to_do_what_changed_and_what_the_controls_gave(diagn
     assert rows == ['slider coulomb', 'slider viscous', 'slider bias', 'slider armature']
     text = controls(diagnosis)
     assert diagnosis.library_hash in text
-    assert '4 recordings' in text
+    assert 'at least 0.5 % of data left out' in text
     finding = diagnosis.selection.accepted[0]
     assert f'{100.0 * finding.floor:.2f} %' in text
     assert f'{100.0 * finding.score.cv_gain:.2f} %' in text
