@@ -33,7 +33,7 @@ class Search:
         """
         selector = Selector(design.laboratory, step)
         selection = selector.run()
-        stood_out = [*selection.accepted, *filter(None, (selection.rejected, selection.masked))]
+        stood_out = [*selection.accepted, *filter(None, [selection.rejected])]
         if any(isinstance(cause.effect, TransmissionTerm) for cause in stood_out):
             untold = design.untold_inertia([cause.placed for cause in selection.accepted])
             if untold:

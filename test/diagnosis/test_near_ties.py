@@ -19,17 +19,14 @@ SCORE = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.01, 0.001, 50.0, n
 
 
 def finding(name, joint, bic, objection=''):
-    return Finding(TERMS[name](), joint, {}, SCORE, COLUMNS, bic, objection=objection)
+    return Finding(TERMS[name](), joint, {}, SCORE, COLUMNS, bic, 0.0, objection)
 
 
-class Unmasked:
-    """Rivals of a round in which no candidate masks another, or resembles it."""
+class Round:
+    """Candidates of a round of which none is the rival of another."""
 
     def __init__(self, top):
         self.top = top
-
-    def masked_by(self, finding):
-        return None
 
     def with_rivals(self, best):
         return best
@@ -37,10 +34,8 @@ class Unmasked:
 
 def named(top, within=()):
     """Return what is chosen of ``top``, of which ``within`` do not exceed their floor."""
-    return chosen(
-        Unmasked(top),
-        lambda finding: replace(finding, failed=('floor',) if finding.key in within else ()),
-    )[0]
+    top = [replace(x, floor=1.0) if x.key in within else x for x in top]
+    return chosen(Round(top), Finding.judged)
 
 
 FIRST = finding('encoder_eccentricity', 0, 74.0)
@@ -61,4 +56,12 @@ def test_the_next_within_ten_of_evidence_is_named_where_only_it_passes():
 def test_what_is_further_behind_or_impossible_is_not_named_in_the_place_of_the_best():
     chosen = named(TOP, [FIRST.key, CLOSE.key])
     assert chosen.key == FIRST.key
-    assert chosen.failed == ('floor',)
+    assert chosen.failed == (
+        'it removes 1.0 % of what is unexplained on data left out, within the floor of 100.0 %',
+    )
+
+
+def test_where_none_is_possible_the_best_is_rejected_as_impossible():
+    chosen = named([IMPOSSIBLE, finding('spring', 1, 63.0, 'negative')])
+    assert chosen.key == IMPOSSIBLE.key
+    assert chosen.failed == ('no such mass',)

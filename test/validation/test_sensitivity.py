@@ -16,9 +16,9 @@ def the_number(name):
 
 def test_numbers_that_say_that_they_were_chosen_are_found_and_settings_and_no_others():
     labels = {number.label for number in chosen_numbers()}
-    assert 'diagnosis.decision.selector._HALF' in labels
+    assert 'diagnosis.decision.selector._REFINED' in labels
     # Its comment has two lines, and it stands with another.
-    assert 'diagnosis.decision.rivals._INDEPENDENT' in labels
+    assert 'diagnosis.decision.rivals._REST_SHARE' in labels
     assert 'regression.settings.floor' in labels
     # By measurement, by definition, and no threshold.
     assert not labels & {'regression.contacts._IMPACT', 'regression.contacts._MINORITY'}
@@ -39,10 +39,10 @@ def test_a_whole_number_stays_one_and_more_than_none():
 
 
 def test_a_number_is_changed_where_it_stands_and_put_back():
-    number = the_number('_HALF')
+    number = the_number('_REFINED')
     with changed(number, 0.5):
-        assert vars(selector)['_HALF'] == 0.5 * number.value
-    assert vars(selector)['_HALF'] == number.value
+        assert vars(selector)['_REFINED'] == 0.5 * number.value
+    assert vars(selector)['_REFINED'] == number.value
 
 
 def test_a_number_that_others_import_is_changed_there_too():
@@ -55,24 +55,24 @@ def test_a_number_that_others_import_is_changed_there_too():
 
 
 def test_a_number_is_put_back_even_after_an_error():
-    number, seen = the_number('_HALF'), []
+    number, seen = the_number('_REFINED'), []
 
     def fail():
         with changed(number, 2.0):
-            seen.append(vars(selector)['_HALF'])
+            seen.append(vars(selector)['_REFINED'])
             raise RuntimeError
 
     with pytest.raises(RuntimeError):
         fail()
     assert seen == [2.0 * number.value]
-    assert vars(selector)['_HALF'] == number.value
+    assert vars(selector)['_REFINED'] == number.value
 
 
 def test_a_setting_is_changed_in_the_settings_that_are_to_be_used():
     number = the_number('floor')
     with changed(number, 2.0) as settings:
         assert settings == DiagnosisSettings(floor=2.0 * number.value)
-    with changed(the_number('_HALF'), 2.0) as settings:
+    with changed(the_number('_REFINED'), 2.0) as settings:
         assert settings == DiagnosisSettings()
 
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sosml_friction.diagnosis.decision.cause import joint_name
 from sosml_friction.model.terms.kinds.term import Inner, Term
@@ -58,3 +58,14 @@ class Finding:
     def reported(self, names: tuple[str, ...]) -> tuple[str, str]:
         """Return effect and joint under which it is reported."""
         return self.effect.identifier, joint_name(self.effect, self.joint, names)
+
+    def judged(self) -> Finding:
+        """Return it with the gates that it fails."""
+        failed = [self.objection] if self.objection else []
+        gain = self.score.cv_gain
+        if not gain > self.floor:
+            failed.append(
+                f'it removes {100 * gain:.1f} % of what is unexplained on data left out, '
+                f'within the floor of {100 * self.floor:.1f} %'
+            )
+        return replace(self, failed=tuple(failed))

@@ -36,8 +36,7 @@ def forward_gate(
         if not (gets_worse(before, after, rows) or gets_worse(without, after, rows)):
             break
         taken = replace(last, failed=(FORWARD_WORSE,))
-        # What masked another one, beside it, does not mask this.
-        selection = replace(fewer, rejected=taken, masked=None)
+        selection = replace(fewer, rejected=taken)
         after = without
     return selection, before, after
 

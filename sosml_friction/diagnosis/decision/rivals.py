@@ -12,9 +12,6 @@ from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
-#: An impossible candidate masks a possible one if it explains more than this many times as much,
-#: and leaves less than this share of the possible one's gain beside it. Chosen, no measurement.
-_MASKED, _INDEPENDENT = 1.25, 0.5
 #: A rival explains what the best explains: beside the best, less than this share of the rival's
 #: gain is left. Chosen, no measurement.
 _OVERLAP = 0.5
@@ -59,20 +56,6 @@ class Rivals:
         self._laboratory = laboratory
         self._system = system
         self._found = found
-
-    def masked_by(self, finding: Finding) -> Finding | None:
-        """Return the impossible candidate that explains the same as a finding, and more."""
-        laboratory = self._laboratory
-        for other in self.top:
-            # The same term in another form is no other cause.
-            if not other.objection or same_term(other, finding):
-                continue
-            if other.score.gain <= _MASKED * finding.score.gain:
-                continue
-            beside = Fit.make(self._system.extended([other.columns]), laboratory.y)
-            if beside.score(finding.columns).gain < _INDEPENDENT * finding.score.gain:
-                return other
-        return None
 
     def with_rivals(self, best: Finding) -> Finding:
         """

@@ -18,9 +18,8 @@ class Selection:
 
     ``before``: the fit without causes; ``fit``: with the accepted ones. ``ranking``: the first
     round's candidates, best first; ``rejected``: the best that was not accepted, with the gates
-    it failed; ``masked``: the impossible one that explains more than the best possible one.
-    ``remainder``: what is left beside the accepted that is not noise. ``laboratory``: with the
-    load of the bodies that were found, None where the nominal's is meant.
+    it failed. ``remainder``: what is left beside the accepted that is not noise. ``laboratory``:
+    with the load of the bodies that were found, None where the nominal's is meant.
     """
 
     before: Baseline
@@ -28,7 +27,6 @@ class Selection:
     accepted: tuple[Finding, ...] = ()
     ranking: tuple[Finding, ...] = ()
     rejected: Finding | None = None
-    masked: Finding | None = None
     remainder: Remainder = field(default_factory=Remainder)
     laboratory: WhitenedRegression | None = None
 
@@ -41,11 +39,6 @@ class Selection:
     def system(self) -> System:
         """Return the normal equations with the accepted causes."""
         return self.fit.system
-
-    @property
-    def price(self) -> float:
-        """Return what is left, and what the BIC asks for the parameters of the accepted."""
-        return self.after.cost + sum(f.score.gain - f.delta_bic for f in self.accepted)
 
     def others(self, k: int) -> tuple[Finding, ...]:
         """Return the accepted causes but for one."""

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.gates import failed_gates
 from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
@@ -25,9 +24,6 @@ from sosml_friction.regression.whitened import WhitenedRegression
 _REFINED = 4
 #: Candidates that the report lists.
 _LISTED = 30
-#: A joint of whose residual free curves explain more than this share is explained by half.
-#: Chosen, no measurement.
-_HALF = 0.5
 
 
 class Selector:
@@ -41,34 +37,13 @@ class Selector:
         self.step = step
         self.scorer = Scorer(laboratory)
         self._impossible = 0.0
-        #: Possible causes that explain at least half as much as the best of all, alone.
-        self._starts: list[tuple[str, int]] = []
-        self._first: tuple[str, int] | None = None
 
     def run(self) -> Selection:
-        """
-        Return the causes that passed all gates, after backward elimination.
-
-        The first may have stood for two others, and what was accepted after it made up for that.
-        Where most of what is left has a structure, the search begins again with each of the others
-        that explained about as much; the causes with the least cost and price are returned.
-        """
-        result = self._searched(None)
-        if is_half_the_truth(result):
-            for first in [key for key in self._starts if key != result.accepted[0].key]:
-                self.step(f'beginning with {first[0]}')
-                other = self._searched(first)
-                if other.accepted and other.price + VERY_STRONG < result.price:
-                    result = other
-        return result
-
-    def _searched(self, first: tuple[str, int] | None) -> Selection:
-        """Return what is found, beginning with a cause if one is given."""
+        """Return the causes that passed all gates, after backward elimination."""
         lab = self.laboratory
         fit = Fit.make(lab.system, lab.y)
         result = Selection(fit.baseline, fit)
         self.scorer.refused.clear()
-        self._first = first
         while True:
             searched = self._without_idle(self._search(result))
             result = self._without_impossible(searched)
@@ -97,9 +72,8 @@ class Selector:
         return result.with_remainder(carried)
 
     def _search(self, result: Selection) -> Selection:
-        """Accept one cause after the other, with the first one if that is given."""
+        """Accept one cause after the other."""
         lab = self.laboratory
-        result = replace(result, masked=None)
         while True:
             columns = [its.beside(result.system) for its in lab.columns]
             found = self.scorer.ranked(result.fit, columns)
@@ -111,19 +85,13 @@ class Selector:
             top = self._refined(result.fit, found)
             if not top:
                 return result
-            if self._first is None and not result.accepted:
-                self._starts = [finding.key for finding in top if not finding.objection]
             of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
-            if self._first is not None and not result.accepted:
-                top = [finding for finding in top if finding.key == self._first]
-            elif friction := self._wrong_friction(result, of_grid, top[0]):
+            if friction := self._wrong_friction(result, of_grid, top[0]):
                 result = result.refitted(lab, [*result.accepted, *friction])
                 self.step('found the friction of the nominal to be wrong')
                 continue
             rivals = Rivals(lab, result.system, top, found)
-            best, masked = chosen(rivals, self._judged)
-            best = self._as_stated(result, best, rivals)
-            result = replace(result, masked=masked)
+            best = self._as_stated(result, chosen(rivals, self._judged), rivals)
             if best.failed:
                 return replace(result, rejected=best)
             result = result.refitted(lab, [*result.accepted, best])
@@ -156,8 +124,8 @@ class Selector:
 
     def _judged(self, finding: Finding) -> Finding:
         """Return a candidate with the gates that it fails beside what is impossible."""
-        finding = replace(finding, floor=max(finding.floor, self._misfit(finding)))
-        return replace(finding, failed=failed_gates(finding))
+        floor = max(finding.floor, self._misfit(finding))
+        return replace(finding, floor=floor).judged()
 
     def _as_stated(self, result: Selection, best: Finding, rivals: Rivals) -> Finding:
         """
@@ -221,7 +189,7 @@ class Selector:
             for candidate in lab.candidates
             if candidate.key == key
         )
-        return replace(finding, failed=failed_gates(finding))
+        return finding.judged()
 
     def _misfit(self, finding: Finding) -> float:
         """
@@ -272,14 +240,6 @@ class Selector:
         return None
 
 
-def is_half_the_truth(result: Selection) -> bool:
-    """Tell whether more than half of what is left of a joint that has a cause has a structure."""
-    left = result.remainder
-    acted = {int(row) for finding in result.accepted for row in finding.columns.rows}
-    beyond = {x.joint for x in left.beyond_chance}
-    return any(left.explained[i] > _HALF for i in acted & beyond)
-
-
 def _of_nominal_friction(effect: Term) -> bool:
     """Tell whether a cause is Coulomb or viscous friction that is off."""
     return effect.of_law and effect.parameter_error and effect.stated is None
@@ -303,31 +263,25 @@ def impossible_energy(found: Sequence[Finding]) -> float:
     return max(energies, default=0.0)
 
 
-def chosen(rivals: Rivals, judged: Callable[[Finding], Finding]) -> tuple[Finding, Finding | None]:
+def chosen(rivals: Rivals, judged: Callable[[Finding], Finding]) -> Finding:
     """
-    Return the candidate of a round to be accepted or rejected, and the impossible one masking it.
+    Return the candidate of a round to be accepted, or rejected with the gates that it fails.
 
-    The best possible one that no impossible one masks. Where it fails a gate, one that evidence
-    cannot tell from it and that passes: what is there may be resembled by what is not, by chance
-    a little better. The best, failed, where all possible ones are masked.
+    The best that is possible. Where it fails a gate, one that evidence cannot tell from it and
+    that passes: what is there may be resembled by what is not, by chance a little better. The best
+    of all where none is possible.
 
     :param judged: returns a candidate with the gates that it fails.
     """
     possible = [finding for finding in rivals.top if not finding.objection]
-    unmasked = (finding for finding in possible if rivals.masked_by(finding) is None)
-    first = next(unmasked, None)
-    if first is None:
-        best = rivals.with_rivals(possible[0]) if possible else rivals.top[0]
-        mask = (rivals.masked_by(best) if possible else None) or best
-        best = judged(best)
-        reason = f'{mask.effect.identifier} explains more but is impossible: {mask.objection}'
-        return replace(best, failed=(*best.failed, reason)), mask
-    best = judged(rivals.with_rivals(first))
+    if not possible:
+        return judged(rivals.top[0])
+    best = judged(rivals.with_rivals(possible[0]))
     if best.failed:
-        for finding in unmasked:
+        for finding in possible[1:]:
             if best.delta_bic - finding.delta_bic >= VERY_STRONG:
                 break
             other = judged(rivals.with_rivals(finding))
             if not other.failed:
-                return other, None
-    return best, None
+                return other
+    return best

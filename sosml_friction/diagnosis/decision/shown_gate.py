@@ -30,6 +30,6 @@ def shown_gate(selector: Selector, selection: Selection) -> Selection:
             break
         last = at[-1]
         taken = replace(selection.accepted[last], failed=(NOT_SHOWN,))
-        fewer = replace(selection, accepted=selection.others(last), rejected=taken, masked=None)
+        fewer = replace(selection, accepted=selection.others(last), rejected=taken)
         selection = selector.settled(fewer)
     return selection

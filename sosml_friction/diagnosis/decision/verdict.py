@@ -30,7 +30,7 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     # A fault of the data leaves no residual: it does not explain one.
     if any(cause.effect not in FAULTS for cause in causes):
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
-    if selection.remainder.beyond_chance or _an_impossible_one_explains_more(selection):
+    if selection.remainder.beyond_chance:
         return 'unknown_structure'
     return 'named' if causes else 'nothing_above_floor'
 
@@ -67,19 +67,3 @@ def _causes_are_not_all(selection: Selection) -> bool:
         return True
     rest = sum(x.energy for x in left.beyond_chance)
     return rest > REST * (left.named + rest)
-
-
-def _an_impossible_one_explains_more(selection: Selection) -> bool:
-    """
-    Tell whether one that is possible was refused for an impossible one that explains more.
-
-    Where none is possible, free curves tell what is left: noise of position makes gears of
-    negative stiffness, and friction that is smooth at standstill a negative Stribeck term.
-    """
-    rejected = selection.rejected
-    return (
-        selection.masked is not None
-        and rejected is not None
-        and not rejected.objection
-        and rejected.score.cv_gain > rejected.floor
-    )

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.gates import failed_gates
 from sosml_friction.model.terms.spring import Spring
 from sosml_friction.regression.evidence import (
     CandidateColumns,
@@ -111,7 +110,7 @@ def scored(**changes):
 
 
 def test_what_is_beyond_every_limit_passes_all_gates():
-    assert failed_gates(PASSING) == ()
+    assert PASSING.judged().failed == ()
 
 
 @pytest.mark.parametrize(
@@ -122,11 +121,11 @@ def test_what_is_beyond_every_limit_passes_all_gates():
     ],
 )
 def test_a_gate_passes_just_above_its_limit_and_fails_just_below(above, below, sentence):
-    assert failed_gates(above) == ()
-    (failed,) = failed_gates(below)
+    assert above.judged().failed == ()
+    (failed,) = below.judged().failed
     assert failed.endswith(sentence)
 
 
 def test_unknown_evidence_passes_no_gate():
     nan = float('nan')
-    assert len(failed_gates(scored(cv_gain=nan))) == 1
+    assert len(scored(cv_gain=nan).judged().failed) == 1
