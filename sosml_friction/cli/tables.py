@@ -16,7 +16,7 @@ import typer
 from sosml_friction.api.names import as_names
 from sosml_friction.bags.tables.file_kind import SUFFIXES, is_table, table_name
 from sosml_friction.cli.app import remark
-from sosml_friction.cli.options import RateOption, parse_numbers
+from sosml_friction.cli.options import RateOption, option, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.text_file import read_text
 
@@ -52,31 +52,24 @@ _TABLE_OPTIONS: dict[str, Any] = {
     'current': Annotated[str | None, _columns_option('Column of current [A], with --kt.')],
     'kt': Annotated[
         str | None,
-        typer.Option(
-            metavar='VALUE',
-            help='Nm (or N) at the joint per A, or per V, percent or count of --effort.',
-        ),
+        option('VALUE', 'Nm (or N) at the joint per A, or per V, percent or count of --effort.'),
     ],
     'time': Annotated[
         str | None, _columns_option('Column of time; default: that which grows all the time.')
     ],
     'rate': RateOption,
     'counts_per_turn': Annotated[
-        float | None, typer.Option(metavar='N', help='Counts per turn of a position in counts.')
+        float | None, option('N', 'Counts per turn of a position in counts.')
     ],
     'pendulum': Annotated[
         str | None,
-        typer.Option(
-            metavar='KG,M[,KG_M2]',
-            help='The robot is a pendulum: mass, length to its centre, inertia about that.',
+        option(
+            'KG,M[,KG_M2]',
+            'The robot is a pendulum: mass, length to its centre, inertia about that.',
         ),
     ],
-    'axis': Annotated[
-        float | None, typer.Option(metavar='KG', help='The robot is this mass on a level slide.')
-    ],
-    'free': Annotated[
-        float | None, typer.Option(metavar='KG_M2', help='The robot is a shaft of this inertia.')
-    ],
+    'axis': Annotated[float | None, option('KG', 'The robot is this mass on a level slide.')],
+    'free': Annotated[float | None, option('KG_M2', 'The robot is a shaft of this inertia.')],
 }
 _ROBOTS = ('pendulum', 'axis', 'free')
 _SERIES = ('position', 'velocity', 'effort', 'current', 'time')

@@ -4,7 +4,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -203,6 +203,18 @@ def data_remarks(analysis: BagAnalysis) -> list[str]:
     return remarks + [
         f'{joint}: the model has no friction for it, because {reason.rstrip(".")}.'
         for joint, reason in analysis.unmodelled.items()
+    ]
+
+
+def shared_sentences(said: Mapping[str, Iterable[str]]) -> list[str]:
+    """Return sentences on recordings by label, before each the labels if it is not of all."""
+    labels: dict[str, list[str]] = {}
+    for label, sentences in said.items():
+        for sentence in sentences:
+            labels.setdefault(sentence, []).append(label)
+    return [
+        text if len(whose) == len(said) else f'{", ".join(whose)}: {text}'
+        for text, whose in labels.items()
     ]
 
 
