@@ -18,7 +18,7 @@ from sosml_friction.report.common.output import (
     write_result,
     written_together,
 )
-from sosml_friction.report.fit.consolidation_view import BagsJoint, known_friction, model_entry
+from sosml_friction.report.fit.consolidation_view import bags_joints
 from sosml_friction.report.fit.html import render_bags_report, render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
 from sosml_friction.report.fit.segment_rows import segments_csv
@@ -161,14 +161,7 @@ def figure_views(
     if not isinstance(analysis, BagsAnalysis):
         yield 'fit', {view.name: view for view in joint_views(analysis, truth)}
         return
-    fits = {bag: one.fit for bag, one in analysis.bags.items()}
-    several: dict[str, object] = {}
-    for joint in analysis.model.joint_names:
-        entry = model_entry(analysis.consolidation, joint)
-        if entry is not None:
-            known = known_friction(truth, joint)
-            several[joint] = BagsJoint(analysis.consolidation, entry, fits, known)
-    yield 'bags', several
+    yield 'bags', {**bags_joints(analysis, truth)}
     for bag, one in analysis.bags.items():
         yield 'fit', {f'{bag}_{view.name}': view for view in joint_views(one, truth)}
 
