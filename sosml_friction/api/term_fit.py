@@ -17,8 +17,13 @@ from sosml_friction.identification.bag_terms import fit_log_terms
 from sosml_friction.identification.term_fit import FittedTerm, TermFit
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.table import terminal_table
-from sosml_friction.report.terms.document import term_fit_document, write_term_fit
-from sosml_friction.report.terms.rows import COLUMNS, sentences, term_rows
+from sosml_friction.report.terms.document import (
+    COLUMNS,
+    sentences,
+    term_fit_document,
+    term_rows,
+    write_term_fit,
+)
 
 
 class Terms(Result):

@@ -19,8 +19,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from sosml_friction.report.common.progress import Step
 
 app = typer.Typer(
@@ -72,7 +70,7 @@ def remark(text: str) -> None:
 
 
 def print_result(
-    json: bool, document: Mapping[str, Any], blocks: Iterable[str | RenderableType], **more: Any
+    json: bool, document: Mapping[str, Any], blocks: Iterable[Any], **more: Any
 ) -> None:
     """
     Print a result on stdout: sentences, each a line as long as it is, and tables.

@@ -24,8 +24,6 @@ from sosml_friction.cli.app import (
 from sosml_friction.cli.tables import takes_tables
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from sosml_friction.bags.recorded_robot import ModelSource
 
 
@@ -230,7 +228,7 @@ def _fit_terms(
     command: str,
     body_tolerance: float | None,
     forms: Sequence[str],
-) -> tuple[Path, Mapping[str, Any], Iterable[str | RenderableType], Iterable[str], bool]:
+) -> tuple[Path, Mapping[str, Any], Iterable[Any], Iterable[str], bool]:
     """Fit terms; return the folder, the document, what is printed, remarks, and if one failed."""
     from sosml_friction.bags.source import bag_name
     from sosml_friction.identification.bag_terms import fit_bag_terms
@@ -238,7 +236,6 @@ def _fit_terms(
     from sosml_friction.report.common.output import check_output_folder, require_writable
     from sosml_friction.report.common.table import terminal_table
     from sosml_friction.report.terms import document as view
-    from sosml_friction.report.terms.rows import COLUMNS, sentences, term_rows
 
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_terms'), view.KIND)
     require_writable(folder)
@@ -247,7 +244,7 @@ def _fit_terms(
         fit, provenance = found
         view.write_term_fit(folder, fit, provenance, step)
         write_figures(folder, 'terms', view.figure_views(fit), forms)
-    table = terminal_table(COLUMNS, term_rows(fit))
-    blocks = [*sentences(fit), table, f'Model, report.html and fit.json are in {folder}']
+    table = terminal_table(view.COLUMNS, view.term_rows(fit))
+    blocks = [*view.sentences(fit), table, f'Model, report.html and fit.json are in {folder}']
     document = view.term_fit_document(fit, provenance)
     return folder, document, blocks, found.remarks, bool(fit.left)

@@ -4,7 +4,6 @@
 
 import math
 import re
-from typing import ClassVar
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.export.common.target import ExportTarget
@@ -20,9 +19,9 @@ class UsdTarget(ExportTarget):
     Isaac Sim's URDF importer has them; links, frames and drives are left to the stage.
     """
 
-    identifier: ClassVar[str] = 'usd'
-    file: ClassVar[str] = 'joints.usda'
-    holds_armature: ClassVar[bool] = True
+    identifier = 'usd'
+    file = 'joints.usda'
+    holds_armature = True
 
     def text(self, model: RobotModelFile) -> str:
         """

@@ -17,11 +17,7 @@ from sosml_friction.motion.trajectory_loads import limit_uses, trajectory_loads
 
 
 class TrajectoryBuilder:
-    """
-    String together pieces of motion of n joints, with knots every ``dt`` where they bend.
-
-    :param q: where the motion begins, at rest (n,) [rad or m].
-    """
+    """String together pieces of motion of n joints, with knots every ``dt`` where they bend."""
 
     def __init__(self, names: tuple[str, ...], q: FloatArray, dt: float = 0.02) -> None:
         self.names = names
@@ -70,8 +66,6 @@ class TrajectoryBuilder:
 
         :param top_speed: no joint is faster, one for all or (n,) [rad/s or m/s]; the speed
             peaks at 15/8 of the mean.
-        :param shortest: least duration [s].
-        :raises TrajectoryError: if the motion is not at rest now.
         """
         self._require_rest('a move')
         way = np.asarray(q, dtype=float) - self.q
@@ -133,7 +127,6 @@ class TrajectoryBuilder:
 
         :param shape: from times (k,) [s] to displacement and velocity, each (k, n); both are zero
             at 0 and at ``duration``.
-        :raises TrajectoryError: if the motion is not at rest now.
         """
         self._require_rest('a wave')
         t = self._grid(duration)
@@ -174,7 +167,6 @@ def begin_motion(
     """
     Return the motion at its start, the centre (n,) and the scale (n,) of each joint.
 
-    :param what: the trajectory, for the error sentence.
     :param start: present position of each joint, at rest [rad or m]; its order is kept.
     :param scale: one for all joints or one for each; a joint with 0 stays at its centre.
     :raises TrajectoryError: if joints differ or the scale is none.
@@ -196,11 +188,7 @@ def begin_motion(
 
 
 def per_joint(what: str, values: Sequence[float], n: int) -> FloatArray:
-    """
-    Return ``values`` for each of n joints, where one value stands for all.
-
-    :raises TrajectoryError: if there are neither one nor n.
-    """
+    """Return ``values`` for each of n joints, where one value stands for all."""
     if len(values) not in (1, n):
         raise TrajectoryError(
             f'{what} has {len(values)} values for {n} joints: give one for all or one for each'

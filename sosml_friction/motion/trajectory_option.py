@@ -38,11 +38,7 @@ class TrajectoryOption:
         return 'integer' if isinstance(self.default, int) else 'double'
 
     def parse(self, text: str) -> Value:
-        """
-        Read the value from text, a list with commas.
-
-        :raises TrajectoryError: as :meth:`check`.
-        """
+        """Read the value from text, a list with commas."""
         try:
             if isinstance(self.default, tuple):
                 return self.check([float(part) for part in text.split(',')])

@@ -173,6 +173,7 @@ def _turns(m: Any, j: int) -> bool:
 
 
 def matrix(quaternion: FloatArray) -> FloatArray:
+    """Return the rotation (3, 3) of a quaternion as MuJoCo has it, w first."""
     w, x, y, z = quaternion
     return np.asarray(Rotation.from_quat([x, y, z, w]).as_matrix())
 

@@ -54,7 +54,6 @@ def write_mjcf(
     Return an MJCF with the friction of a model.
 
     :param constants: by joint, ``coulomb`` and ``viscous`` for a simulation without the module.
-    :param notes: lines of the comment at its head.
     :param base: MJCF whose joints get it; None: that of the model's URDF, or a snippet to be
         included where it has none.
     :param bodies: the model that ``base`` was read as, where bodies and gravity that differ from

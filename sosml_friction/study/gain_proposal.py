@@ -95,9 +95,7 @@ def propose_gains(
     """
     Measure noise, friction and motion in a recording and make gains from them.
 
-    :param name: how to call the recording.
     :param stated: values by quantity (:data:`STATED`) and joint that replace measured ones.
-    :param observers: which to propose gains for; all if None.
     :param effort_hold: by joint, where in an interval its effort holds; others as in the bag.
     :raises ConfigurationError: if an observer is unknown.
     :raises DataError: if something was neither stated nor can be measured.

@@ -24,8 +24,7 @@ from sosml_friction.report.diagnosis.html import render_diagnosis
 from sosml_friction.report.fit.consolidation_view import bags_joints
 from sosml_friction.report.fit.html import render_bags_report
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.simulation.document import render_simulation
-from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
+from sosml_friction.report.simulation.document import SimulatedJoint, render_simulation
 from sosml_friction.report.study.results import render_study
 from sosml_friction.report.terms.document import render_terms
 

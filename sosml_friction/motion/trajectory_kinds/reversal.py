@@ -37,8 +37,6 @@ def reversal(
     within ``ramp_s`` and falls within as much: odd in time about the middle T / 2 of the wave.
 
     The arguments are the options of :class:`Reversal`.
-
-    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the reversal', start, centre, scale)
     motion.move(middle, move_speeds(top_speed, factor), 0.4)

@@ -28,8 +28,6 @@ def slow_ladder(
     the velocity of a window is known no better than the encoder's resolution over its way.
 
     The arguments are the options of :class:`SlowLadder`.
-
-    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the slow ladder', start, centre, scale)
     top = move_speeds(top_speed, factor)

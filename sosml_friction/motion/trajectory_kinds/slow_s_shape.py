@@ -28,8 +28,6 @@ def slow_s_shape(
     and times of the paper's simulation study.
 
     The arguments are the options of :class:`SlowSShape`.
-
-    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the slow S-shape', start, centre, scale)
     top = move_speeds(top_speed, factor)

@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.report.common.csv_text import csv_text
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures_of
+from sosml_friction.report.common.output import csv_text
 
 #: The folder of the figures, in that of the report.
 FOLDER = 'figures'
@@ -61,11 +61,7 @@ FORMS: Mapping[str, Callable[[Figure], bytes]] = {
 
 
 def check_forms(forms: Sequence[str]) -> tuple[str, ...]:
-    """
-    Return the forms of ``--figures``.
-
-    :raises ConfigurationError: if one is not known.
-    """
+    """Return the forms of ``--figures``."""
     for form in forms:
         if form not in FORMS:
             raise ConfigurationError(
@@ -81,7 +77,6 @@ def write_figures(
     Write each figure of a report as ``figures/<name>_<figure>.<form>``, in place of earlier ones.
 
     :param views: what is drawn, by the name that its files begin with.
-    :raises ConfigurationError: if the folder cannot be written.
     """
     try:
         if forms:

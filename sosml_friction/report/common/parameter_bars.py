@@ -60,8 +60,6 @@ def draw_parameters(
 
     What is not identifiable has no marker: the bare range that the data allow, an arrow where it
     is open, or the words where they allow everything.
-
-    :param rows: one or more, from top to bottom.
     """
     from matplotlib.ticker import FuncFormatter
 

@@ -112,11 +112,7 @@ def _answer_html(told: list[list[str]]) -> str:
 
 
 def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None = None) -> str:
-    """
-    Return the report as one HTML document, pictures included.
-
-    :param provenance: the bags, the model and the time.
-    """
+    """Return the report as one HTML document, pictures included."""
     known = provenance or {}
     told = {
         'Recording': ', '.join(str(one['bag']) for one in known.get('bags', ())),

@@ -63,11 +63,7 @@ class BagsJoint(NamedTuple):
 def bags_joints(
     analysis: BagsAnalysis, truth: RobotModelFile | None = None
 ) -> dict[str, BagsJoint]:
-    """
-    Return the joints of which there is a result, in the order of the model.
-
-    :param truth: a model whose friction is known to be that of the robot.
-    """
+    """Return the joints of which there is a result, in the order of the model."""
     told = analysis.consolidation
     fits = {bag: one.fit for bag, one in analysis.bags.items()}
     known = {} if truth is None else {n: joint.friction for n, joint in truth.joints.items()}

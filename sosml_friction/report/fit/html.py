@@ -82,14 +82,7 @@ def render_report(
     extra: Mapping[str, str] | None = None,
     progress: Callable[[str], None] = lambda step: None,
 ) -> str:
-    """
-    Return the report of an analysis as one HTML document, pictures included.
-
-    :param truth: a model whose friction is known to be that of the robot.
-    :param extra: more rows of provenance, heading to text.
-    :param progress: called with the name of each joint before its pictures are drawn.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
-    """
+    """Return the report of an analysis as one HTML document, pictures included."""
     views = joint_views(analysis, truth)
     summaries, sections = [], []
     with page_of(len(views)):

@@ -148,12 +148,6 @@ def run_fit(
     Fit friction to recordings and write a model folder with its report.
 
     :param out: folder of the results; None: the name of the first bag and ``_fit``.
-    :param truth: model folder whose friction is known to be that of the robot.
-    :param effort_hold: ``HOLD`` or ``JOINT=HOLD``.
-    :param roles: ``BAG=ROLE``, of several bags.
-    :param own_bias: whether each of several bags has a bias of its own.
-    :param step: called with what is done next.
-    :param figures: forms in which the figures are written as files too.
     :param how: the other arguments of
         :func:`~sosml_friction.identification.bag_analysis.analyse_bag`.
     :raises SosmlFrictionError: as that function, or if ``out`` holds something else.

@@ -42,9 +42,6 @@ def fit_document(
     What is not known is None. Of several bags ``joints.<joint>.<observer>`` is what all say
     together; ``bags`` has the fits of each, and ``consolidation`` all of how they were put
     together.
-
-    :param truth: a model whose friction is known to be that of the robot.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
     if isinstance(analysis, BagsAnalysis):
         return _bags_document(analysis, truth)
@@ -167,12 +164,7 @@ def figure_views(
 
 
 def check_destination(folder: str | Path, beside: Collection[str] = ()) -> Path:
-    """
-    Return ``folder`` if results may be written there: it is absent, empty, or holds a fit.
-
-    :param beside: names in the folder that may be there all the same.
-    :raises ConfigurationError: if it is a file or holds something else.
-    """
+    """Return ``folder`` if results may be written there: it is absent, empty, or holds a fit."""
     return check_output_folder(folder, _KIND, beside)
 
 
@@ -190,7 +182,6 @@ def write_results(
     They are made beside the folder and moved there together: an interruption leaves what was
     there before. The fit of an earlier run is replaced, other files beside it are kept.
 
-    :param truth: a model whose friction is known to be that of the robot.
     :param extra: more rows of provenance for the report, heading to text.
     :param progress: called with the name of each joint before its pictures are drawn.
     :param beside: see :func:`check_destination`.

@@ -16,8 +16,13 @@ from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.figure import SUMMARY, pictures
 from sosml_friction.report.common.html_page import heading, paragraph
-from sosml_friction.report.common.labels import PLAIN, observer_label, pairs_text, symbols_of
-from sosml_friction.report.common.moment import recorded_at
+from sosml_friction.report.common.labels import (
+    PLAIN,
+    observer_label,
+    pairs_text,
+    recorded_at,
+    symbols_of,
+)
 from sosml_friction.report.common.table import html_table
 from sosml_friction.report.fit.findings import model_questions
 from sosml_friction.report.fit.joint_view import JointView

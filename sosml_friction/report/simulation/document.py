@@ -5,7 +5,7 @@
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.table import Table
@@ -21,12 +21,23 @@ from sosml_friction.report.common.output import (
     written_together,
 )
 from sosml_friction.report.common.table import html_table, terminal_table
-from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
 from sosml_friction.simulation.recorded.recorded_simulation import CLOSED_LOOP, RecordedSimulation
 
 COLUMNS = {'joint': 'w', 'error of': 'w', 'root mean square': 'n', 'largest': 'n', 'unit': 'w',
            'relative': 'n'}  # fmt: skip
 _SMALL = {'rad': 'mrad', 'm': 'mm', 'rad/s': 'mrad/s', 'm/s': 'mm/s'}
+
+
+class SimulatedJoint(NamedTuple):
+    """Hold a simulation, and the number of the joint that is drawn."""
+
+    found: RecordedSimulation
+    i: int
+
+    @property
+    def name(self) -> str:
+        """Return the name of the joint."""
+        return self.found.names[self.i]
 
 
 def error_rows(found: RecordedSimulation) -> list[tuple[str, ...]]:
@@ -130,11 +141,7 @@ def figure_views(found: RecordedSimulation) -> dict[str, object]:
 def write_simulation(
     folder: Path, found: RecordedSimulation, model: RobotModelFile, provenance: Mapping[str, Any]
 ) -> None:
-    """
-    Write simulation.json and report.html.
-
-    :raises ConfigurationError: if the folder cannot be written.
-    """
+    """Write simulation.json and report.html."""
     title = f'Simulation of {provenance["bag"]} with {provenance["model"]}'
     with written_together(folder, KIND) as workshop:
         document = simulation_document(found, model, provenance)
@@ -145,11 +152,7 @@ def write_simulation(
 def render_simulation(
     found: RecordedSimulation, title: str, told: Mapping[str, str] | None = None
 ) -> str:
-    """
-    Return the report as one HTML document, pictures included.
-
-    :param told: what it is about: recording and model.
-    """
+    """Return the report as one HTML document, pictures included."""
     length = f'{float(found.time[-1] - found.time[0]):.1f} s, {len(found.time)} samples'
     label = 'Simulated in closed loop'
     if found.mode != CLOSED_LOOP:

@@ -138,11 +138,7 @@ def _kind() -> OutputKind:
 
 
 def check_study_destination(folder: str | Path) -> Path:
-    """
-    Return ``folder`` if a study may be written there: it is absent, empty, or holds a study.
-
-    :raises ConfigurationError: if it is a file or holds something else.
-    """
+    """Return ``folder`` if a study may be written there: it is absent, empty, or holds a study."""
     return check_output_folder(folder, _kind())
 
 
@@ -156,10 +152,6 @@ def write_study(
     Write the document, the report and the figures of the cases that were run; return the folder.
 
     They appear together; an earlier study is replaced, other files beside it are kept.
-
-    :param document: of :func:`~sosml_friction.report.study.results.study_document`.
-    :param progress: called with the name of each figure before it is drawn.
-    :raises ConfigurationError: if the folder holds something else or cannot be written.
     """
     folder = check_study_destination(folder)
     with written_together(folder, _kind()) as workshop:
@@ -201,11 +193,7 @@ _METHOD = (
 
 
 def render_study(study: Study, drawn: Mapping[str, Drawing]) -> str:
-    """
-    Return the HTML document.
-
-    :param drawn: the figures by their identifiers.
-    """
+    """Return the HTML document."""
     settings = study.settings
     told = {
         'Encoders': f'{settings.bits} bit, noise {encoder_noise(settings.bits):.3g} rad',

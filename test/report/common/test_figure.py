@@ -17,7 +17,7 @@ from sosml_friction.report.common.figure import REPORTS, Figure, figures, figure
 from sosml_friction.report.fit.consolidation_view import bags_joints
 from sosml_friction.report.fit.html import render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
-from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
+from sosml_friction.report.simulation.document import SimulatedJoint
 
 #: Labels that are a count or say their unit themselves.
 WITHOUT_BRACKETS = {'periods per turn', 'periods per metre', '... that this one explains'}

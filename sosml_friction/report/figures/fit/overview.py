@@ -193,7 +193,6 @@ def number_rejected(axes: Axes, rows: Sequence[SegmentRow], width: float) -> lis
 
     The longest first, in as many rows as needed, none over another.
 
-    :param axes: its limits of time are final.
     :param width: of the axes on paper, in points.
     """
     first, last = axes.get_xlim()
