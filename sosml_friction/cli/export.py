@@ -23,8 +23,7 @@ def export(
         ),
     ],
     out: Annotated[
-        Path | None,
-        options.option('FILE', 'File to write; default: that of the target, here.'),
+        Path | None, options.option('FILE', 'File to write; default: that of the target, here.')
     ] = None,
     bag: Annotated[
         Path | None,

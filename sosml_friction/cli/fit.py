@@ -13,14 +13,7 @@ import typer
 
 from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
-from sosml_friction.cli.app import (
-    app,
-    command_line,
-    open_page,
-    print_result,
-    progress,
-    remark,
-)
+from sosml_friction.cli.app import app, command_line, open_page, print_result, progress, remark
 from sosml_friction.cli.tables import takes_tables
 
 if TYPE_CHECKING:

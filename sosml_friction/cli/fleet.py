@@ -76,8 +76,7 @@ def _run(
         Path, typer.Argument(metavar='FOLDER', help='Folder of bags or tables, at any depth.')
     ],
     out: Annotated[
-        Path | None,
-        option('DIR', 'Where to write; default: <name of the folder>_fleet here.'),
+        Path | None, option('DIR', 'Where to write; default: <name of the folder>_fleet here.')
     ] = None,
     jobs: Annotated[
         int | None,

@@ -133,14 +133,12 @@ def _refuse_data_file(bag: Path) -> Path:
 
 
 BagArgument = Annotated[
-    Path,
-    typer.Argument(metavar='BAG', help='Bag folder or file.', callback=_refuse_data_file),
+    Path, typer.Argument(metavar='BAG', help='Bag folder or file.', callback=_refuse_data_file)
 ]
 JsonOption = Annotated[bool, json_option('tables')]
 JsonOrTableOption = Annotated[bool, json_option('a table')]
 NamespaceOption = Annotated[
-    str | None,
-    option('NS', 'Namespace of the robot, where a bag holds several.'),
+    str | None, option('NS', 'Namespace of the robot, where a bag holds several.')
 ]
 ModelOption = Annotated[
     Path | None,
@@ -171,8 +169,7 @@ OpenOption = Annotated[
     bool, typer.Option('--open', help='Open the report in the browser when it is written.')
 ]
 RateOption = Annotated[
-    float | None,
-    option('HZ', 'Samples per second of a table without a column of time.'),
+    float | None, option('HZ', 'Samples per second of a table without a column of time.')
 ]
 EffortHoldOption = Annotated[
     list[str] | None,

@@ -22,8 +22,7 @@ def plan(
     ] = None,
     budget: Annotated[float, option('S', 'Longest duration of the ladder.')] = 120.0,
     noise: Annotated[
-        float | None,
-        option('NM', 'Standard deviation of a sample of friction; default: 0.05.'),
+        float | None, option('NM', 'Standard deviation of a sample of friction; default: 0.05.')
     ] = None,
     correlation: Annotated[
         float | None, option('S', 'Correlation time of that noise; default: 0.005.')

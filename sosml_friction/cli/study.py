@@ -21,12 +21,10 @@ def study(
         'study_output'
     ),
     seeds: Annotated[
-        int | None,
-        options.option('N', 'Noise seeds that are scored, 1 to 100; default: 5.'),
+        int | None, options.option('N', 'Noise seeds that are scored, 1 to 100; default: 5.')
     ] = None,
     tuning_seeds: Annotated[
-        int | None,
-        options.option('N', 'Other noise seeds, to tune on, 1 to 100; default: 2.'),
+        int | None, options.option('N', 'Other noise seeds, to tune on, 1 to 100; default: 2.')
     ] = None,
     evaluations: Annotated[
         int | None,
@@ -45,8 +43,7 @@ def study(
         int, options.option('N', 'Resolution of the encoders per turn, 8 to 24.')
     ] = 16,
     processes: Annotated[
-        int | None,
-        options.option('N', 'Processes to share the work; default: one per core.'),
+        int | None, options.option('N', 'Processes to share the work; default: one per core.')
     ] = None,
     quick: Annotated[
         bool,
@@ -73,6 +70,7 @@ def study(
     Example: sosml study --quick --observers first_order,sosml,kalman --out study_output
     """
     from sosml_friction.report.common.figure_files import write_figures
+    from sosml_friction.report.common.output import check_output_folder
     from sosml_friction.report.study import results as view
     from sosml_friction.report.study.tables import study_tables
     from sosml_friction.study.run import QUICK, StudySettings, run_study
@@ -91,7 +89,7 @@ def study(
             f'the number of processes is {processes}: use 1 to {_MOST_PROCESSES}'
         )
     forms = options.parse_forms(figures)
-    folder = view.check_study_destination(out)
+    folder = check_output_folder(out, view.study_kind())
     with progress('starting') as step:
         result = run_study(settings, processes, step)
         step('fitting friction laws')

@@ -34,8 +34,7 @@ def trajectory(
     ] = None,
     plot: Annotated[Path | None, option('FILE.png', 'Picture to draw.')] = None,
     out: Annotated[
-        Path | None,
-        option('FILE.csv', 'Samples every 10 ms, if it is within all limits.'),
+        Path | None, option('FILE.csv', 'Samples every 10 ms, if it is within all limits.')
     ] = None,
     json: JsonOption = False,
 ) -> None:

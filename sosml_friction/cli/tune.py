@@ -52,8 +52,7 @@ def tune(
     mjcf: options.MjcfOption = None,
     namespace: options.NamespaceOption = None,
     out: Annotated[
-        Path | None,
-        options.option('FILE.yaml', 'Parameter file to write, for observer_node.'),
+        Path | None, options.option('FILE.yaml', 'Parameter file to write, for observer_node.')
     ] = None,
     json: options.JsonOption = False,
 ) -> None:

@@ -16,6 +16,15 @@ from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_loads import limit_uses, trajectory_loads
 
 
+def quintic(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return 10 u^3 - 15 u^4 + 6 u^5, from 0 to 1 over 0 <= u <= 1, and its two derivatives."""
+    return (
+        u**3 * (10.0 + u * (6.0 * u - 15.0)),
+        30.0 * u**2 * (1.0 - u) ** 2,
+        60.0 * u * (1.0 - u) * (1.0 - 2.0 * u),
+    )
+
+
 class TrajectoryBuilder:
     """String together pieces of motion of n joints, with knots every ``dt`` where they bend."""
 
@@ -44,7 +53,7 @@ class TrajectoryBuilder:
         15/8 of the mean one. The way covered is the mean velocity times ``duration``.
         """
         u = self._grid(duration) / duration
-        shape = (u**3 * (10.0 + u * (6.0 * u - 15.0)))[:, None]
+        shape = quintic(u)[0][:, None]
         way = (u**4 * (2.5 + u * (u - 3.0)))[:, None]
         change = v - self.v
         q = self.q + duration * (self.v * u[:, None] + change * way)
@@ -71,9 +80,8 @@ class TrajectoryBuilder:
         way = np.asarray(q, dtype=float) - self.q
         duration = max(shortest, 15.0 / 8.0 * float(np.max(np.abs(way) / top_speed)))
         u = self._grid(duration) / duration
-        shape = (u**3 * (10.0 + u * (6.0 * u - 15.0)))[:, None]
-        rate = (30.0 * u**2 * (1.0 - u) ** 2)[:, None] / duration
-        return self._append(u * duration, self.q + way * shape, way * rate)
+        shape, rate, _ = quintic(u[:, None])
+        return self._append(u * duration, self.q + way * shape, way * (rate / duration))
 
     def there_and_back(
         self,
@@ -245,9 +253,8 @@ def fade(t: FloatArray, duration: float, ramp_s: float) -> Signal:
     down = np.clip((duration - t) / ramp_s, 0.0, 1.0)[:, None]
     x = rate = curvature = np.zeros_like(up)
     for u, sign in ((up, 1.0), (down, -1.0)):
-        x = x + u**3 * (10.0 + u * (6.0 * u - 15.0))
-        rate = rate + sign * 30.0 * u**2 * (1.0 - u) ** 2 / ramp_s
-        curvature = curvature + 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / ramp_s**2
+        shape, slope, bend = quintic(u)
+        x, rate, curvature = x + shape, rate + sign * slope / ramp_s, curvature + bend / ramp_s**2
     return Signal(x - 1.0, rate, curvature)
 
 

@@ -25,13 +25,10 @@ FOLDER = 'figures'
 _COLUMNS = ('panel', 'x_label', 'y_label', 'series', 'x', 'y', 'low', 'high')
 
 
-def _saved(kind: str) -> Callable[[Figure], bytes]:
-    def save(figure: Figure) -> bytes:
-        stream = BytesIO()
-        figure.savefig(stream, format=kind)
-        return stream.getvalue()
-
-    return save
+def _saved(figure: Figure, kind: str) -> bytes:
+    stream = BytesIO()
+    figure.savefig(stream, format=kind)
+    return stream.getvalue()
 
 
 def figure_csv(figure: Figure) -> str:
@@ -54,8 +51,8 @@ def figure_csv(figure: Figure) -> str:
 #: The forms of ``--figures``, and what makes each.
 FORMS: Mapping[str, Callable[[Figure], bytes]] = {
     'png': to_png,
-    'pdf': _saved('pdf'),
-    'svg': _saved('svg'),
+    'pdf': lambda figure: _saved(figure, 'pdf'),
+    'svg': lambda figure: _saved(figure, 'svg'),
     'csv': lambda figure: figure_csv(figure).encode(),
 }
 

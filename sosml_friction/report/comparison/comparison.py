@@ -113,10 +113,7 @@ def comparison_document(pairs: list[Pair], first: str, second: str) -> dict[str,
             'second': second,
             'parameters': [
                 {
-                    'joint': pair.joint,
-                    'name': pair.name,
-                    'first': pair.first,
-                    'second': pair.second,
+                    **pair._asdict(),
                     'difference': pair.difference,
                     'half_width': pair.half,
                     'verdict': pair.verdict,

@@ -15,11 +15,7 @@ from sosml_friction.diagnosis.wording import gain_line
 from sosml_friction.identification.number_text import words
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.plain_document import to_plain
-from sosml_friction.report.common.output import (
-    OutputKind,
-    write_result,
-    written_together,
-)
+from sosml_friction.report.common.output import OutputKind, write_result, written_together
 from sosml_friction.report.diagnosis.html import rejection, render_diagnosis
 
 FORMAT = 'sosml_friction/diagnosis/1'

@@ -92,7 +92,7 @@ def render_report(
             sections.append(joint_section(view))
     if analysis.inverse is not None:
         sections.append(inverse_section(analysis, analysis.inverse))
-    rows = recording_rows(analysis) | method_rows(analysis)
+    rows = recording_rows(analysis) | method_rows(analysis, truth) | dict(extra or {})
     bag = str(analysis.model.provenance.get('bag', ''))
     parts = [
         facts(recording_facts(analysis)),
@@ -105,7 +105,7 @@ def render_report(
         items((f'{line}.' for line in simulation_lines(analysis)), heading('Simulated forwards')),
         heading('How it was done'),
         folded('Methods and signs', items(METHOD)),
-        folded('Provenance', provenance_table(rows, truth, extra or {})),
+        folded('Provenance', provenance_table(rows)),
     ]
     return page(f'Friction of {analysis.model.name}' + (f' from {bag}' if bag else ''), parts)
 
@@ -159,11 +159,11 @@ def render_bags_report(
             sections.append(_bag_section(bag_name(consolidation, bag), one, truth))
     first = next(iter(analysis.bags.values()))
     provenance = ''.join(
-        heading(bag, 3) + provenance_table(recording_rows(one), None, {})
+        heading(bag, 3) + provenance_table(recording_rows(one))
         for bag, one in analysis.bags.items()
     )
     provenance += heading('All recordings', 3)
-    provenance += provenance_table(method_rows(first), truth, extra or {})
+    provenance += provenance_table(method_rows(first, truth) | dict(extra or {}))
     badge = 'good', f'Friction fitted to {len(analysis.bags)} recordings'
     if len(views) < len(joints):
         badge = 'open', f'Fitted for {len(views)} of {len(joints)} joints'
@@ -247,8 +247,8 @@ def recording_rows(analysis: BagAnalysis) -> dict[str, str]:
     return rows
 
 
-def method_rows(analysis: BagAnalysis) -> dict[str, str]:
-    """Return what was done with it and by which software, heading to text."""
+def method_rows(analysis: BagAnalysis, truth: RobotModelFile | None) -> dict[str, str]:
+    """Return what was done with it, by which software, and the truth, heading to text."""
     known = analysis.model.provenance
     rows = {
         'fitted': str(known.get('fitted', '')),
@@ -264,20 +264,14 @@ def method_rows(analysis: BagAnalysis) -> dict[str, str]:
             for gain, values in gains.items()
         )
     rows.update({str(key): _text(value) for key, value in known.items() if key not in _ELSEWHERE})
-    return rows
+    return rows | ({} if truth is None else {'truth': truth.name})
 
 
-def provenance_table(
-    rows: Mapping[str, str], truth: RobotModelFile | None, extra: Mapping[str, str]
-) -> str:
-    """Return the rows, the name of the truth where there is one, and more rows, as HTML."""
-    shown = dict(rows)
-    if truth is not None:
-        shown['truth'] = truth.name
-    shown.update(extra)
+def provenance_table(rows: Mapping[str, str]) -> str:
+    """Return headings and texts as HTML."""
     body = ''.join(
         f'<tr><th>{escape(key)}</th><td><code>{escape(value)}</code></td></tr>'
-        for key, value in shown.items()
+        for key, value in rows.items()
     )
     return f'<div class="wide"><table><tbody>{body}</tbody></table></div>'
 

@@ -7,11 +7,7 @@ from typing import Any
 
 from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.log_analysis import BagAnalysis
-from sosml_friction.identification.number_text import (
-    number_text,
-    rounded,
-    truth_text,
-)
+from sosml_friction.identification.number_text import number_text, rounded, truth_text
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.figure import SUMMARY, pictures

@@ -15,11 +15,7 @@ from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.figure import pictures
 from sosml_friction.report.common.html_page import box, facts, heading, page, verdict
-from sosml_friction.report.common.output import (
-    OutputKind,
-    write_result,
-    written_together,
-)
+from sosml_friction.report.common.output import OutputKind, write_result, written_together
 from sosml_friction.report.common.table import html_table, terminal_table
 from sosml_friction.simulation.recorded.recorded_simulation import CLOSED_LOOP, RecordedSimulation
 

@@ -47,11 +47,11 @@ def study_tables(study: Study) -> RenderableType:
                  '[mNm]'),
             _dynamics_table(study, noisy),
         ]  # fmt: skip
-    parts.append(Text('\n'.join([*findings(study), *_legend(study)])))
+    parts.append(Text('\n'.join([*findings(study), _legend(study)])))
     return Group(*parts)
 
 
-def _legend(study: Study) -> list[str]:
+def _legend(study: Study) -> str:
     """Return what the names and dashes of the tables mean, of those that are there."""
     words = [
         f'{variant.label}: {variant.space.remark}.'
@@ -61,7 +61,7 @@ def _legend(study: Study) -> list[str]:
     if any(case[1] == 'mismatch' for case in study.observations):
         words.append('Offset floor: what an ideal observer has with that wrong model.')
     words.append('-: not known, or not settled before the next reversal.')
-    return [' '.join(words)]
+    return ' '.join(words)
 
 
 def rmse_text(condition: str, score: Score) -> str:

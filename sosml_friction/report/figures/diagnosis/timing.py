@@ -51,14 +51,10 @@ class Timing(Figure[JointResidual]):
             place, least = lowest(shifts, error)
             right.plot(1e3 * place, least, 'o', color=colour)
             right.annotate(
-                milliseconds(place),
-                (1e3 * place, least),
-                xytext=(6, -4 if colour == drawing.AFTER else 8),
-                textcoords='offset points',
-                fontsize=drawing.FONT,
-                color=colour,
-                in_layout=False,
-            )
+                milliseconds(place), (1e3 * place, least), textcoords='offset points',
+                xytext=(6, -4 if colour == drawing.AFTER else 8), fontsize=drawing.FONT,
+                color=colour, in_layout=False,
+            )  # fmt: skip
         right.axvline(0.0, color=drawing.GREY, linewidth=0.8)
         right.set_ylim(bottom=0.0)
         drawing.label_axes(right, 'effort later than position by [ms]', f'error [{view.unit}]')

@@ -138,11 +138,8 @@ def _robust_height(axes: Axes, values: FloatArray) -> None:
 #: Hatched as well as coloured: pale green and pale red are one colour to some.
 USED: dict[str, Any] = {'facecolor': '#d3ebe0', 'edgecolor': 'none'}
 REJECTED: dict[str, Any] = {
-    'facecolor': '#faf0ec',
-    'edgecolor': '#d9a48f',
-    'hatch': '////',
-    'linewidth': 0.0,
-}
+    'facecolor': '#faf0ec', 'edgecolor': '#d9a48f', 'hatch': '////', 'linewidth': 0.0,
+}  # fmt: skip
 _MARK = '#9a3412'
 #: Width of a digit as a share of the type's size, and the room between two marks.
 _DIGIT, _ROOM = 0.62, 0.5

@@ -133,13 +133,9 @@ def _levels(axes: Axes, view: JointView) -> tuple[list[Any], float]:
             continue
         style = view.style(observer)
         look: dict[str, Any] = {
-            'linestyle': '',
-            'marker': style.marker,
-            'markersize': 6,
-            'color': style.colour,
-            'markeredgecolor': drawing.marker_edge(style),
-            'markeredgewidth': 0.7,
-        }
+            'linestyle': '', 'marker': style.marker, 'markersize': 6, 'color': style.colour,
+            'markeredgecolor': drawing.marker_edge(style), 'markeredgewidth': 0.7,
+        }  # fmt: skip
         axes.plot(*left, zorder=4, **look)
         largest = max(largest, float(np.max(np.abs(np.nan_to_num(left[1])), initial=0.0)))
         label = f'{observer_label(observer)}, level of a window'
