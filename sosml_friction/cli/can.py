@@ -159,11 +159,7 @@ def _bridge(values: dict[str, Any]) -> Path | None:
 def _bus_name(
     values: dict[str, Any], interface: str | None, channel: str | None, bitrate: int | None
 ) -> _BusName:
-    """
-    Return which bus the options name, else the file.
-
-    :raises ConfigurationError: if none of them says one.
-    """
+    """Return which bus the options name, else the file."""
     interface = interface or values.get('can_interface')
     channel = channel or values.get('can_channel')
     if not interface or not channel:

@@ -261,7 +261,6 @@ def find_recordings(folder: Path, out: Path) -> dict[str, Path]:
     Return the recordings below a folder by a name of each: bags, tables, and bags of others.
 
     :param out: results, which are no recordings.
-    :raises ConfigurationError: if there is none.
     """
     from sosml_friction.bags.other_bag import is_other_bag
 

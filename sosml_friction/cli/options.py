@@ -42,11 +42,7 @@ def mjcf_option(what: str = '') -> Any:
 
 
 def parse_forms(text: str | None) -> tuple[str, ...]:
-    """
-    Return the forms of ``--figures``, none where it was not given.
-
-    :raises ConfigurationError: if one is not known.
-    """
+    """Return the forms of ``--figures``, none where it was not given."""
     names = as_names(text or None)
     if names is None:
         return ()
@@ -61,11 +57,7 @@ def stated(**values: Any) -> dict[str, Any]:
 
 
 def parse_numbers(option: str, text: str) -> list[float]:
-    """
-    Read numbers with commas between them.
-
-    :raises ConfigurationError: if one is none.
-    """
+    """Read numbers with commas between them."""
     try:
         return [float(part) for part in text.split(',')]
     except ValueError:
@@ -77,8 +69,6 @@ def parse_values(option: str, entries: list[str], what: str = 'JOINT=VALUE') -> 
     Read entries ``JOINT=VALUE``, or ``VALUE``, which is that of '*', all others.
 
     :param what: the form to ask for, where an entry is something else.
-
-    :raises ConfigurationError: if one is neither.
     """
     stated = {}
     for entry in entries:

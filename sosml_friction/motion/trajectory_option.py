@@ -50,11 +50,7 @@ class TrajectoryOption:
             ) from error
 
     def check(self, value: float | Sequence[float]) -> Value:
-        """
-        Return the value in the type of the default.
-
-        :raises TrajectoryError: if it has another type, is not finite or out of range.
-        """
+        """Return the value in the type of the default."""
         numbers = np.atleast_1d(np.asarray(value, dtype=float))
         low, high = self.range or (-np.inf, np.inf)
         if self.default and not numbers.size:

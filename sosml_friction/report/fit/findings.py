@@ -89,11 +89,7 @@ def law_sentence(
 
 
 def law_remarks(fit: LawFit) -> list[str]:
-    """
-    Return what a law must not be used without: failed checks, its knee, what there is for S.
-
-    Sentences with their full stops.
-    """
+    """Return what a law must not be used without: failed checks, its knee, what there is for S."""
     remarks = [check.sentence for check in fit.checks if not check.passed or check.name == KNEE]
     if STRIBECK_AT_SLOWEST in fit.derived:
         speed = unit_of('stribeck_velocity', fit.derived[STRIBECK_AT_SLOWEST].unit)

@@ -129,11 +129,7 @@ def render_bags_report(
     extra: Mapping[str, str] | None = None,
     progress: Callable[[str], None] = lambda step: None,
 ) -> str:
-    """
-    Return the report of several recordings as one HTML document, pictures included.
-
-    Arguments and errors are those of :func:`render_report`.
-    """
+    """Return the report of several recordings as one HTML document, pictures included."""
     consolidation, joints = analysis.consolidation, analysis.model.joint_names
     if truth is not None and not any(j in joints and x.friction for j, x in truth.joints.items()):
         raise ConfigurationError(

@@ -73,11 +73,7 @@ def plain_table(
     known: Mapping[str, Parameter],
     load: Parameter | None = None,
 ) -> str:
-    """
-    Return a model in plain words: what, how much with half of its 95 % interval, unit.
-
-    :param load: share of the load that is friction besides, where the model has it.
-    """
+    """Return a model in plain words: what, how much with half of its 95 % interval, unit."""
     columns = {'': '', 'value ± 95 %': 'n', 'unit': 'w'} | ({'truth': 'n'} if known else {})
     rows = []
     for name in symbols_of(parameters):

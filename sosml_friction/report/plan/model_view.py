@@ -23,11 +23,7 @@ _HASHES = 'sha256'
 
 
 def check_model_folder(folder: Path, force: bool = False) -> None:
-    """
-    Refuse a folder that holds something else than a model as ``sosml model`` made it.
-
-    :param force: whether a model that was changed since may be overwritten.
-    """
+    """Refuse a folder that holds something else than a model as ``sosml model`` made it."""
     try:
         if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
             return

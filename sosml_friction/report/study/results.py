@@ -134,11 +134,7 @@ def write_study(
     document: Mapping[str, Any],
     progress: Callable[[str], None] = lambda name: None,
 ) -> Path:
-    """
-    Write the document, the report and the figures of the cases that were run; return the folder.
-
-    They appear together; an earlier study is replaced, other files beside it are kept.
-    """
+    """Write the document, the report and the figures of the cases that were run."""
     kind = study_kind()
     folder = check_output_folder(folder, kind)
     with written_together(folder, kind) as workshop:

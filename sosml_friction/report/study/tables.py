@@ -21,11 +21,7 @@ from sosml_friction.study.task import Case
 
 
 def study_tables(study: Study) -> RenderableType:
-    """
-    Return what a person reads first: RMSE of both joints, then noise, settling and loop width.
-
-    The JSON document and the HTML report have every figure of every row.
-    """
+    """Return what is read first: RMSE of both joints, then noise, settling and loop width."""
     cases = list(study.observations)
     noisy = [case for case in cases if case[1] == 'noise']
     parts: list[RenderableType] = []

@@ -15,12 +15,7 @@ from sosml_friction.report.common.figure import Figure
 
 
 class Timing(Figure[JointResidual]):
-    """
-    Draw the autocorrelation of the whitened rest, and the error were effort earlier or later.
-
-    A rest that is noise stays within the dotted lines. The lowest point of the curve on the right
-    is by how much the measured effort is later than the model says.
-    """
+    """Draw the autocorrelation of the whitened rest, and the error by the time of effort."""
 
     identifier = 'timing'
     title = 'Noise, and the time of effort'

@@ -28,13 +28,7 @@ _AXES_SHARE = 0.92
 
 
 class Overview(Figure[JointView]):
-    """
-    Draw position, velocity, effort and estimated friction over time with the law's prediction.
-
-    Windows of steady motion are shaded; those not used are hatched and have the number of their
-    row in the table, the legend says why. Lines of many samples are drawn as their envelope. Of
-    many observers a few are drawn.
-    """
+    """Draw position, velocity, effort and friction over time, with the law's prediction."""
 
     identifier = 'overview'
     title = 'The recording over time'

@@ -47,15 +47,7 @@ class _Levels(NamedTuple):
 
 
 class SShape(Figure[JointView]):
-    """
-    Draw tau_f against velocity and against the logarithm of speed, two panels per observer.
-
-    Samples (thinned), levels of windows with the standard deviation within each, the fitted law
-    with its 95 % band, the truth where it is known; windows not used are pale. The law is dotted
-    below the slowest window used: there it is extrapolated. The lower panels have the friction
-    that opposes motion, sgn(v) (tau_f - bias), of both directions over one another, so that the
-    knee and what is not symmetric are seen.
-    """
+    """Draw tau_f against velocity and against the logarithm of speed, two panels per observer."""
 
     identifier = 's_shape'
     title = 'Friction against velocity'
