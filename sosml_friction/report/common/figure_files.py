@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures_of
-from sosml_friction.report.common.output import csv_text
+from sosml_friction.report.common.output import csv_text, refused
 
 #: The folder of the figures, in that of the report.
 FOLDER = 'figures'
@@ -85,10 +85,7 @@ def write_figures(
                 for form in forms:
                     (folder / FOLDER / f'{stem}.{form}').write_bytes(FORMS[form](drawn))
     except OSError as error:
-        raise ConfigurationError(
-            f'{folder / FOLDER} cannot be written: {error.strerror}: choose another place with '
-            '--out'
-        ) from error
+        raise refused(folder / FOLDER, error) from error
 
 
 def _look(line: Line2D) -> tuple[str, str, str]:

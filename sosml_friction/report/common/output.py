@@ -75,7 +75,7 @@ def _workshop(folder: Path, name: str) -> Path:
     try:
         return Path(tempfile.mkdtemp(prefix=f'.sosml_{name}_', dir=existing))
     except OSError as error:
-        raise _refused(folder, error) from error
+        raise refused(folder, error) from error
 
 
 def _holds(folder: Path, kind: OutputKind) -> bool:
@@ -107,7 +107,7 @@ def written_together(folder: Path, kind: OutputKind) -> Iterator[Path]:
                 else:
                     (folder / name).unlink(missing_ok=True)
     except OSError as error:
-        raise _refused(folder, error) from error
+        raise refused(folder, error) from error
     finally:
         shutil.rmtree(workshop, ignore_errors=True)
 
@@ -118,7 +118,8 @@ def write_result(workshop: Path, kind: OutputKind, document: Mapping[str, Any], 
     (workshop / kind.document).write_text(to_json(document) + '\n', encoding='utf-8')
 
 
-def _refused(folder: Path, error: OSError) -> ConfigurationError:
+def refused(folder: Path, error: OSError) -> ConfigurationError:
+    """Return the error of a folder that cannot be written."""
     return ConfigurationError(
         f'{folder} cannot be written: {error.strerror}: choose another place with --out'
     )

@@ -311,11 +311,8 @@ def simulation_lines(analysis: BagAnalysis) -> list[str]:
         for joint, check in found.closed_loop.items()
     ]
     for joint, fit in found.joints.items():
-        how = (
-            'under the recorded controller'
-            if found.modes[joint] == 'controller'
-            else ('by the measured effort')
-        )
+        controlled = found.modes[joint] == 'controller'
+        how = 'under the recorded controller' if controlled else 'by the measured effort'
         effort = '' if np.isnan(fit.effort_error) else f', effort {fit.effort_error:.2f} %'
         lines.append(
             f'{joint}: output error, simulated {how}: position {fit.position_error:.2g} %{effort} '
