@@ -37,7 +37,7 @@ fleet = typer.Typer(name='fleet', help='Fit or diagnose every recording of a fol
 fleet.callback(invoke_without_command=True)(show_help)
 app.add_typer(fleet)
 
-#: What each command says of itself; what is said of it first holds for both.
+#: The commands, which do the same with another command of sosml, and the help of each.
 _HELP = {
     'fit': """
     Fit the friction of every recording by itself, and put all into one table.

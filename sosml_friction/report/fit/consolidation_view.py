@@ -76,8 +76,8 @@ def bags_joints(
 
 def bag_name(consolidation: Consolidation, bag: str) -> str:
     """Return a recording's label with its role, where it has one."""
-    role = consolidation.roles.get(bag)
-    return f'{bag} ({role.role})' if role is not None and role.role else bag
+    role = consolidation.roles[bag].role
+    return f'{bag} ({role})' if role else bag
 
 
 def consolidated_remarks(view: BagsJoint) -> list[str]:
