@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from sosml_friction.api.logs import labelled, velocity_of
 from sosml_friction.api.model import Model, one_model
 from sosml_friction.api.names import as_names
-from sosml_friction.api.result import Result, interval_of, table_text
+from sosml_friction.api.result import Result, blocks_text, interval_of
 from sosml_friction.api.term_fit import Terms, fit_terms_of
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
@@ -117,10 +117,10 @@ class Fit(Result):
         known = self.analysis
         if isinstance(known, BagsAnalysis):
             remarks = shared_sentences({bag: data_remarks(x) for bag, x in known.bags.items()})
-            return '\n'.join([*bags_answers(known), table_text(bags_table(known)), *remarks])
+            return blocks_text([*bags_answers(known), bags_table(known), *remarks])
         views = joint_views(known)
-        table = table_text(parameter_table(known))
-        return '\n'.join([*answers(views), table, *caveats(views), *data_remarks(known)])
+        told = [*caveats(views), *data_remarks(known)]
+        return blocks_text([*answers(views), parameter_table(known), *told])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object of ``sosml fit --json``, without its entry ``output``."""

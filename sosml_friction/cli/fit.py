@@ -227,7 +227,6 @@ def _fit_terms(
     from sosml_friction.identification.bag_terms import fit_bag_terms
     from sosml_friction.report.common.figure_files import write_figures
     from sosml_friction.report.common.output import check_output_folder, require_writable
-    from sosml_friction.report.common.table import terminal_table
     from sosml_friction.report.terms import document as view
 
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_terms'), view.KIND)
@@ -237,7 +236,6 @@ def _fit_terms(
         fit, provenance = found
         view.write_term_fit(folder, fit, provenance, step)
         write_figures(folder, 'terms', view.figure_views(fit), forms)
-    table = terminal_table(view.COLUMNS, view.term_rows(fit))
-    blocks = [*view.sentences(fit), table, f'Model, report.html and fit.json are in {folder}']
+    blocks = [*view.term_blocks(fit), f'Model, report.html and fit.json are in {folder}']
     document = view.term_fit_document(fit, provenance)
     return folder, document, blocks, found.remarks, bool(fit.left)

@@ -71,6 +71,4 @@ def simulate(
         open_page(folder / 'report.html')
     document = view.simulation_document(found, nominal, provenance)
     done = f'simulation.json and report.html are in {folder}'
-    remarks = [f'{remark}.' for remark in found.remarks]
-    blocks = [*view.simulation_sentences(found), view.error_table(found), *remarks, done]
-    print_result(json, document, blocks, output=str(folder))
+    print_result(json, document, [*view.simulation_blocks(found), done], output=str(folder))

@@ -84,12 +84,13 @@ def model_of(m: Any, name: str) -> RobotModelFile:
     remarks = []
     for body in range(1, m.nbody):
         parent, frame = frames[int(m.body_parentid[body])]
-        label = _body_name(m, body)
+        # Its link: "world" alone is taken by the root.
+        label = f'body {m.body(body).name or body}'
         frame = frame.then(m.body_pos[body], matrix(m.body_quat[body]))
         own = list(_joints(m, body))
         if len(own) < int(m.body_jntnum[body]):
             remarks.append(
-                f'body {m.body(body).name or body} has a joint that is free, a ball or without a '
+                f'{label} has a joint that is free, a ball or without a '
                 'name: it is held where the MJCF has it'
             )
         for k, (j, joint) in enumerate(own):
@@ -152,11 +153,6 @@ def upright(m: Any) -> Frame:
     turn, _ = Rotation.align_vectors([[0.0, 0.0, -1.0]], [down])
     straight = abs(down[2] + 1.0) < 1e-15
     return Frame(np.zeros(3), np.eye(3) if straight else turn.as_matrix())
-
-
-def _body_name(m: Any, body: int) -> str:
-    # World is taken by the root.
-    return f'body {m.body(body).name or body}'
 
 
 def _joints(m: Any, body: int) -> Iterator[tuple[int, str]]:

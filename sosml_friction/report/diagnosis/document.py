@@ -19,9 +19,8 @@ from sosml_friction.report.common.output import OutputKind, write_result, writte
 from sosml_friction.report.diagnosis.html import rejection, render_diagnosis
 
 FORMAT = 'sosml_friction/diagnosis/1'
-FILES = ('robot.urdf', 'robot.xml', 'model.yaml', 'report.html', 'diagnosis.json')
-PLUS_MINUS = '± is half of the 95 % interval.'
-KIND = OutputKind('diagnosis', 'diagnosis.json', FORMAT, FILES)
+_FILES = ('robot.urdf', 'robot.xml', 'model.yaml', 'report.html', 'diagnosis.json')
+KIND = OutputKind('diagnosis', 'diagnosis.json', FORMAT, _FILES)
 
 
 def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[str, Any]:
@@ -111,5 +110,5 @@ def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
         f'Data: {check.sentence}' for check in diagnosis.checks if check.severity != 'note'
     )
     if any('±' in line for line in lines):
-        lines.append(PLUS_MINUS)
+        lines.append('± is half of the 95 % interval.')
     return lines

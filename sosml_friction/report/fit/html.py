@@ -259,7 +259,11 @@ def method_rows(analysis: BagAnalysis, truth: RobotModelFile | None) -> dict[str
             f'{gain} ' + ', '.join(f'{value:.4g}' for value in values)
             for gain, values in gains.items()
         )
-    rows.update({str(key): _text(value) for key, value in known.items() if key not in _ELSEWHERE})
+    rows |= {
+        str(key): _pairs(value, '; ') if isinstance(value, Mapping) else str(value)
+        for key, value in known.items()
+        if key not in _ELSEWHERE
+    }
     return rows | ({} if truth is None else {'truth': truth.name})
 
 
@@ -270,10 +274,6 @@ def provenance_table(rows: Mapping[str, str]) -> str:
         for key, value in rows.items()
     )
     return f'<div class="wide"><table><tbody>{body}</tbody></table></div>'
-
-
-def _text(value: Any) -> str:
-    return _pairs(value, '; ') if isinstance(value, Mapping) else str(value)
 
 
 def _pairs(values: Mapping[str, Any], separator: str = ', ') -> str:

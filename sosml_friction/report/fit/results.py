@@ -46,7 +46,8 @@ def fit_document(
     if isinstance(analysis, BagsAnalysis):
         return _bags_document(analysis, truth)
     views = joint_views(analysis, truth)
-    provenance = _provenance(analysis)
+    known = analysis.model.provenance
+    provenance = {k: v for k, v in known.items() if k not in ('fits', 'unavailable')}
     document: dict[str, Any] = {
         'format': FORMAT,
         'bag': provenance.get('bag'),
@@ -96,11 +97,6 @@ def _bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None) -> dict
         known = {n: j.friction for n, j in truth.joints.items() if j.friction and n in joints}
         document['truth'] = _truth(known)
     return to_plain(document)
-
-
-def _provenance(analysis: BagAnalysis) -> dict[str, Any]:
-    left_out = ('fits', 'unavailable')
-    return {k: v for k, v in analysis.model.provenance.items() if k not in left_out}
 
 
 def _recording(label: str, analysis: BagAnalysis) -> dict[str, Any]:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from rich.table import Table
 
 from sosml_friction.identification.number_text import UNKNOWN, format_number
 from sosml_friction.model.model_folder import RobotModelFile
@@ -56,11 +55,6 @@ def percent_text(share: float) -> str:
     return f'{share:.{min(digits, 6)}f} %'
 
 
-def error_table(found: RecordedSimulation) -> Table:
-    """Return the table of the terminal."""
-    return terminal_table(COLUMNS, error_rows(found))
-
-
 def simulation_sentences(found: RecordedSimulation) -> list[str]:
     """Return what was simulated, how well it follows, and how to read the numbers."""
     told = []
@@ -88,6 +82,12 @@ def simulation_sentences(found: RecordedSimulation) -> list[str]:
         'A relative error of position is a share of the way since the window began; the error of '
         'effort is that of what the model needs for the measured motion, both low-passed.',
     ]
+
+
+def simulation_blocks(found: RecordedSimulation) -> list[Any]:
+    """Return what the terminal shows: sentences, the table of errors, remarks."""
+    remarks = [f'{remark}.' for remark in found.remarks]
+    return [*simulation_sentences(found), terminal_table(COLUMNS, error_rows(found)), *remarks]
 
 
 FORMAT = 'sosml_friction/simulation/1'

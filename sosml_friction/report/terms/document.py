@@ -26,7 +26,7 @@ from sosml_friction.report.common.output import (
     write_result,
     written_together,
 )
-from sosml_friction.report.common.table import html_table
+from sosml_friction.report.common.table import html_table, terminal_table
 
 FORMAT = 'sosml_friction/term_fit/1'
 FILES = ('robot.urdf', 'model.yaml', 'report.html', 'fit.json')
@@ -118,6 +118,11 @@ def effort_rows(fit: TermFit) -> list[tuple[str, ...]]:
         )
         for i, name in enumerate(fit.names)
     ]
+
+
+def term_blocks(fit: TermFit) -> list[Any]:
+    """Return what the terminal shows: sentences and the table of parameters."""
+    return [*sentences(fit), terminal_table(COLUMNS, term_rows(fit))]
 
 
 def sentences(fit: TermFit) -> list[str]:
