@@ -14,7 +14,6 @@ from matplotlib.patches import Patch
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.law.law_curve import band, fitted_law
-from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.drawing import Style
@@ -159,7 +158,8 @@ def draw_panel(
     :param folded: both directions over one another, against the logarithm of speed.
     """
     style, fit, tau_f = view.style(observer), view.fits[observer].fit, view.estimates[observer]
-    law, bias = fitted_law(fit), _bias(fit)
+    law = fitted_law(fit)
+    bias = _bias(law)
     slowest, fastest = span
     standstill = max(view.zero_band, slowest) if folded else view.zero_band
     axes.axvspan(slowest if folded else -standstill, standstill, color=_ZERO_BAND, zorder=0.4,
@@ -187,8 +187,7 @@ def draw_panel(
             _law(axes, x, y, band(fit, branch), np.abs(branch) >= fit.slowest, style)
         if view.truth is not None and not again:
             truth = view.truth.make_law()
-            true_bias = truth.parameters.get('bias', 0.0)
-            axes.plot(*_fold(branch, truth.torque(branch), true_bias, folded), color='black',
+            axes.plot(*_fold(branch, truth.torque(branch), _bias(truth), folded), color='black',
                       linestyle='--', linewidth=1.1, zorder=2.7)  # fmt: skip
     if folded:
         drawing.log_axis(axes)
@@ -237,8 +236,7 @@ def _points(
     )  # fmt: skip
 
 
-def _bias(fit: LawFit) -> float:
-    law = fitted_law(fit)
+def _bias(law: FrictionLaw | None) -> float:
     return 0.0 if law is None else law.parameters.get('bias', 0.0)
 
 
@@ -257,7 +255,8 @@ def panel_height(
 
     for observer, some in levels.items():
         tau_f, fit = view.estimates[observer], view.fits[observer].fit
-        law, bias, known = fitted_law(fit), _bias(fit), inside & np.isfinite(tau_f)
+        law, known = fitted_law(fit), inside & np.isfinite(tau_f)
+        bias = _bias(law)
         # Below the data only transients of reversals are left, which would flatten the knee.
         used = np.abs(some.velocity[some.used])
         slow = float(used.min()) if len(used) else fit.slowest
@@ -277,7 +276,7 @@ def panel_height(
                 beyond.append(curve(law, bias, 0.0))
         if view.truth is not None:
             truth = view.truth.make_law()
-            values.append(curve(truth, truth.parameters.get('bias', 0.0), floor))
+            values.append(curve(truth, _bias(truth), floor))
     everything = np.concatenate(values)
     everything = everything[np.isfinite(everything)]
     if not len(everything):
