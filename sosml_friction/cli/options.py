@@ -158,9 +158,6 @@ FiguresOption = Annotated[
 OpenOption = Annotated[
     bool, typer.Option('--open', help='Open the report in the browser when it is written.')
 ]
-RateOption = Annotated[
-    float | None, option('HZ', 'Samples per second of a table without a column of time.')
-]
 EffortHoldOption = Annotated[
     list[str] | None,
     option(

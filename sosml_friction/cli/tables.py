@@ -16,7 +16,7 @@ import typer
 from sosml_friction.api.names import as_names
 from sosml_friction.bags.tables.file_kind import SUFFIXES, is_table, table_name
 from sosml_friction.cli.app import remark
-from sosml_friction.cli.options import RateOption, option, parse_numbers
+from sosml_friction.cli.options import option, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.text_file import read_text
 
@@ -57,7 +57,9 @@ _TABLE_OPTIONS: dict[str, Any] = {
     'time': Annotated[
         str | None, _columns_option('Column of time; default: that which grows all the time.')
     ],
-    'rate': RateOption,
+    'rate': Annotated[
+        float | None, option('HZ', 'Samples per second of a table without a column of time.')
+    ],
     'counts_per_turn': Annotated[
         float | None, option('N', 'Counts per turn of a position in counts.')
     ],
