@@ -89,22 +89,14 @@ class SShape(Figure[JointView]):
                 knee.set_visible(False)
                 continue
             observer = block[place]
-            draw_panel(
-                whole, view, observer, levels[observer], (1e-4 * limit, limit), folded=False
-            )
-            draw_panel(
-                knee, view, observer, levels[observer], (slowest, 1.1 * fastest), folded=True
-            )
-            whole.set_ylim(heights[0])
-            knee.set_ylim(heights[1])
-            unit = view.effort_unit
-            drawing.label_axes(whole, f'velocity [{view.velocity_unit}]', f'friction τ_f [{unit}]')
-            drawing.label_axes(
-                knee, f'speed [{view.velocity_unit}]', f'sgn(v) (τ_f − bias) [{unit}]'
-            )
-            if place:
-                whole.set_ylabel('')
-                knee.set_ylabel('')
+            for axes, folded, span, x, y in (
+                (whole, False, (1e-4 * limit, limit), 'velocity', 'friction τ_f'),
+                (knee, True, (slowest, 1.1 * fastest), 'speed', 'sgn(v) (τ_f − bias)'),
+            ):
+                draw_panel(axes, view, observer, levels[observer], span, folded)
+                axes.set_ylim(heights[folded])
+                height = '' if place else f'{y} [{view.effort_unit}]'
+                drawing.label_axes(axes, f'{x} [{view.velocity_unit}]', height)
             whole.locator_params(axis='x', nbins=5)
             mark = ' (the model)' if observer == view.preferred else ''
             whole.set_title(
