@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from sosml_friction.api.logs import labelled, velocity_of
 from sosml_friction.api.model import Model, one_model
 from sosml_friction.api.names import as_names
-from sosml_friction.api.result import Result, interval_of, table_text
+from sosml_friction.api.result import Result, blocks_text, interval_of
 from sosml_friction.api.term_fit import Terms, fit_terms_of
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
@@ -33,7 +33,7 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.one_thread import in_one_thread
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
-from sosml_friction.report.fit.findings import answers, caveats, data_remarks
+from sosml_friction.report.fit.findings import answers, caveats, data_remarks, shared_sentences
 from sosml_friction.report.fit.joint_view import joint_views
 from sosml_friction.report.fit.results import fit_document, write_results
 
@@ -116,12 +116,11 @@ class Fit(Result):
         """Return what was found, with its uncertainty and what the data leave open."""
         known = self.analysis
         if isinstance(known, BagsAnalysis):
-            return '\n'.join(
-                [*bags_answers(known), table_text(bags_table(known)), *_remarks(known.bags)]
-            )
+            remarks = shared_sentences({bag: data_remarks(x) for bag, x in known.bags.items()})
+            return blocks_text([*bags_answers(known), bags_table(known), *remarks])
         views = joint_views(known)
-        table = table_text(parameter_table(known))
-        return '\n'.join([*answers(views), table, *caveats(views), *data_remarks(known)])
+        told = [*caveats(views), *data_remarks(known)]
+        return blocks_text([*answers(views), parameter_table(known), *told])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object of ``sosml fit --json``, without its entry ``output``."""
@@ -148,18 +147,6 @@ class Fit(Result):
             parts.append(f'{joint}: {", ".join(values)}')
         parts += [f'{joint}: no fit' for joint in self.unavailable]
         return '; '.join(parts)
-
-
-def _remarks(bags: Mapping[str, BagAnalysis]) -> list[str]:
-    """Return what is wrong with recordings, of which those are named that share a sentence."""
-    said: dict[str, list[str]] = {}
-    for label, one in bags.items():
-        for sentence in data_remarks(one):
-            said.setdefault(sentence, []).append(label)
-    return [
-        text if len(labels) == len(bags) else f'{", ".join(labels)}: {text}'
-        for text, labels in said.items()
-    ]
 
 
 @in_one_thread

@@ -3,6 +3,7 @@
 """What every result offers."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from io import StringIO
 from typing import Any
 
@@ -43,8 +44,13 @@ def interval_of(parameter: Parameter) -> tuple[float, float]:
     return parameter.value - half, parameter.value + half
 
 
-def table_text(table: RenderableType) -> str:
-    """Return a table as plain text, no space at the ends of its lines."""
-    stream = StringIO()
-    Console(file=stream, width=_WIDTH, highlight=False, color_system=None).print(table)
-    return '\n'.join(line.rstrip() for line in stream.getvalue().rstrip().splitlines())
+def blocks_text(blocks: Iterable[str | RenderableType]) -> str:
+    """Return sentences, and tables as plain text, no space at the ends of their lines."""
+    texts = []
+    for block in blocks:
+        if not isinstance(block, str):
+            stream = StringIO()
+            Console(file=stream, width=_WIDTH, highlight=False, color_system=None).print(block)
+            block = '\n'.join(line.rstrip() for line in stream.getvalue().rstrip().splitlines())
+        texts.append(block)
+    return '\n'.join(texts)

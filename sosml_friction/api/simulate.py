@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from sosml_friction.api.model import Model
-from sosml_friction.api.result import Result, table_text
+from sosml_friction.api.result import Result, blocks_text
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import as_recorded
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.report.simulation.document import (
-    error_table,
+    simulation_blocks,
     simulation_document,
-    simulation_sentences,
 )
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
 
@@ -49,10 +48,7 @@ class Simulation(Result):
 
     def summary(self) -> str:
         """Return how well the simulation follows the recording, as sentences and a table."""
-        remarks = [f'{remark}.' for remark in self.found.remarks]
-        return '\n'.join(
-            [*simulation_sentences(self.found), table_text(error_table(self.found)), *remarks]
-        )
+        return blocks_text(simulation_blocks(self.found))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object of ``sosml simulate --json``, without its entry ``output``."""

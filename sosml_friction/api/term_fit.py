@@ -8,7 +8,7 @@ from typing import Any
 
 from sosml_friction.api.logs import labelled
 from sosml_friction.api.model import Model
-from sosml_friction.api.result import Result, table_text
+from sosml_friction.api.result import Result, blocks_text
 from sosml_friction.api.simulate import Simulation, simulate
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import as_recorded
@@ -16,9 +16,7 @@ from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.identification.bag_terms import fit_log_terms
 from sosml_friction.identification.term_fit import FittedTerm, TermFit
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.report.common.table import terminal_table
-from sosml_friction.report.terms.document import term_fit_document, write_term_fit
-from sosml_friction.report.terms.rows import COLUMNS, sentences, term_rows
+from sosml_friction.report.terms.document import term_blocks, term_fit_document, write_term_fit
 
 
 class Terms(Result):
@@ -51,8 +49,7 @@ class Terms(Result):
 
     def summary(self) -> str:
         """Return what was found, with its uncertainty."""
-        table = table_text(terminal_table(COLUMNS, term_rows(self.found)))
-        return '\n'.join([*sentences(self.found), table])
+        return blocks_text(term_blocks(self.found))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object of ``sosml fit --terms --json``, without its entry ``output``."""

@@ -19,8 +19,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from sosml_friction.report.common.progress import Step
 
 app = typer.Typer(
@@ -71,17 +69,20 @@ def remark(text: str) -> None:
     print(f'sosml: {" ".join(text.split())}', file=sys.stderr)
 
 
-def print_json(document: Mapping[str, Any], **more: Any) -> None:
-    """Print a document as the one JSON object of stdout, with ``more`` entries at its end."""
+def print_result(
+    json: bool, document: Mapping[str, Any], blocks: Iterable[Any], **more: Any
+) -> None:
+    """
+    Print a result on stdout: sentences, each a line as long as it is, and tables.
+
+    :param json: print the document, with ``more`` entries at its end, as one JSON object instead.
+    """
     from sosml_friction.report.common.output import to_json
-
-    typer.echo(to_json({**document, **more}))
-
-
-def print_blocks(blocks: Iterable[str | RenderableType]) -> None:
-    """Print sentences, each a line as long as it is, and tables on stdout."""
     from sosml_friction.report.common.table import print_table
 
+    if json:
+        typer.echo(to_json({**document, **more}))
+        return
     for block in blocks:
         if isinstance(block, str):
             typer.echo(block)

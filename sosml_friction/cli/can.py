@@ -8,8 +8,8 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark, show_help
-from sosml_friction.cli.options import JsonOrTableOption
+from sosml_friction.cli.app import app, print_result, progress, remark, show_help
+from sosml_friction.cli.options import JsonOrTableOption, option
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.share import share_directory
 
@@ -17,9 +17,9 @@ _NODE = 'driver_node'
 
 ConfigOption = Annotated[
     Path | None,
-    typer.Option(
-        metavar='FILE.yaml',
-        help='Parameter file with the section driver_node; it gives interface, channel and bit '
+    option(
+        'FILE.yaml',
+        'Parameter file with the section driver_node; it gives interface, channel and bit '
         'rate where the options do not.',
     ),
 ]
@@ -30,17 +30,7 @@ InterfaceOption = Annotated[
 ChannelOption = Annotated[
     str | None, typer.Option(help='Its channel: can0, /dev/ttyACM0, socket://127.0.0.1:29536, ...')
 ]
-BitrateOption = Annotated[
-    int | None, typer.Option(help='Bit rate [bit/s]; default: 1000000.', metavar='BIT/S')
-]
-DbcOption = Annotated[
-    Path | None,
-    typer.Option(
-        metavar='FILE.dbc',
-        help='DBC of a servo bridge to ask as well; default: that of the package if a joint '
-        'of the config file is a servo_dbc. A bridge answers only commands: it is sent "off".',
-    ),
-]
+BitrateOption = Annotated[int | None, option('BIT/S', 'Bit rate [bit/s]; default: 1000000.')]
 
 can_app = typer.Typer(
     name='can', help='Look at the actuators on a CAN bus. No motor is commanded.'
@@ -63,11 +53,16 @@ def scan(
     interface: InterfaceOption = None,
     channel: ChannelOption = None,
     bitrate: BitrateOption = None,
-    dbc: DbcOption = None,
-    ids: Annotated[str, typer.Option(metavar='FIRST-LAST', help='Motor ids to ask.')] = '1-32',
-    wait: Annotated[
-        float, typer.Option(metavar='SECONDS', help='How long to wait for an answer.')
-    ] = 0.15,
+    dbc: Annotated[
+        Path | None,
+        option(
+            'FILE.dbc',
+            'DBC of a servo bridge to ask as well; default: that of the package if a joint '
+            'of the config file is a servo_dbc. A bridge answers only commands: it is sent "off".',
+        ),
+    ] = None,
+    ids: Annotated[str, option('FIRST-LAST', 'Motor ids to ask.')] = '1-32',
+    wait: Annotated[float, option('SECONDS', 'How long to wait for an answer.')] = 0.15,
     json: JsonOrTableOption = False,
 ) -> None:
     """
@@ -102,10 +97,7 @@ def scan(
             # What was found stands, whether the adapter says goodbye or not.
             with suppress(can.CanError, OSError):
                 bus.shutdown()
-    if json:
-        print_json(scan_document(found, *name))
-    elif found:
-        print_blocks([scan_table(found)])
+    print_result(json, scan_document(found, *name), [scan_table(found)] if found else [])
     if not found:
         remark(
             f'nobody answers on {name.interface} {name.channel}: check power, wiring, termination '
@@ -140,10 +132,7 @@ def check(
     with progress('asking the actuators'):
         result = check_bus(values, *name)
     document = check_document(result, *name)
-    if json:
-        print_json(document)
-    else:
-        print_blocks([check_table(result), document['verdict']])
+    print_result(json, document, [check_table(result), document['verdict']])
     if not document['ready']:
         raise typer.Exit(1)
 
@@ -170,11 +159,7 @@ def _bridge(values: dict[str, Any]) -> Path | None:
 def _bus_name(
     values: dict[str, Any], interface: str | None, channel: str | None, bitrate: int | None
 ) -> _BusName:
-    """
-    Return which bus the options name, else the file.
-
-    :raises ConfigurationError: if none of them says one.
-    """
+    """Return which bus the options name, else the file."""
     interface = interface or values.get('can_interface')
     channel = channel or values.get('can_channel')
     if not interface or not channel:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sosml_friction.cli.app import app, print_blocks, print_json
+from sosml_friction.cli.app import app, print_result
 from sosml_friction.cli.options import JsonOrTableOption
 
 FolderArgument = Annotated[
@@ -33,7 +33,5 @@ def compare(
 
     names = [str(path) for path in (first, second)]
     pairs = view.compare_models(read_model(first), read_model(second))
-    if json:
-        print_json(view.comparison_document(pairs, *names))
-        return
-    print_blocks([view.comparison_table(pairs, *names), view.comparison_sentence(pairs)])
+    blocks = [view.comparison_table(pairs, *names), view.comparison_sentence(pairs)]
+    print_result(json, view.comparison_document(pairs, *names), blocks)

@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 
 from sosml_friction.cli.app import app
-from sosml_friction.cli.options import JsonOption, folder_option
+from sosml_friction.cli.options import JsonOption, option
 
 
 @app.command()
 def demo(
-    out: Annotated[Path, folder_option('Where to write the recording and the report.')] = Path(
+    out: Annotated[Path, option('DIR', 'Where to write the recording and the report.')] = Path(
         'demo_output'
     ),
     seed: Annotated[int, typer.Option(help='Seed of the noise in the emulator.')] = 0,

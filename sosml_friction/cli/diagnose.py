@@ -9,7 +9,7 @@ import typer
 
 from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress, remark
+from sosml_friction.cli.app import app, open_page, print_result, progress, remark
 from sosml_friction.cli.tables import takes_tables
 
 
@@ -19,29 +19,28 @@ def diagnose(
     bags: list[Path],
     model: Annotated[
         Path | None,
-        options.folder_option(
+        options.option(
+            'DIR',
             "Model folder that is put to the test, with its own URDF; default: the bag's own "
-            'model and robot_description.'
+            'model and robot_description.',
         ),
     ] = None,
     armature: options.ArmatureOption = None,
     holdout: Annotated[
         Path | None,
-        typer.Option(
-            metavar='BAG',
-            help='Another recording, on which the gain is measured; default: stretches of the '
+        options.option(
+            'BAG',
+            'Another recording, on which the gain is measured; default: stretches of the '
             'bags that are left out in turn.',
         ),
     ] = None,
     out: Annotated[Path | None, options.out_option('<name of the first bag>_diagnosis')] = None,
-    without: Annotated[
-        str | None, typer.Option(metavar='EFFECT,...', help='Causes not to look for.')
-    ] = None,
+    without: Annotated[str | None, options.option('EFFECT,...', 'Causes not to look for.')] = None,
     trust: Annotated[
         str | None,
-        typer.Option(
-            metavar='GROUP=SHARE,...',
-            help='How far nominal parameters may be off and be refitted without being a cause, as '
+        options.option(
+            'GROUP=SHARE,...',
+            'How far nominal parameters may be off and be refitted without being a cause, as '
             'a share of themselves or inf: masses, armature, friction, terms (springs and what '
             'else the model states beside friction), torque_constant; default 0.035 each. A '
             'friction that is a guess: friction=inf.',
@@ -124,11 +123,9 @@ def diagnose(
         diagnosis, provenance = found.diagnosis, found.provenance
         view.write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
         write_figures(folder, 'diagnosis', view.figure_views(diagnosis), forms)
-    if json:
-        print_json(view.diagnosis_document(diagnosis, provenance), output=str(folder))
-    else:
-        done = f'diagnosis.json and report.html are in {folder}'
-        print_blocks([*view.diagnosis_lines(diagnosis), done])
+    document = view.diagnosis_document(diagnosis, provenance)
+    done = f'diagnosis.json and report.html are in {folder}'
+    print_result(json, document, [*view.diagnosis_lines(diagnosis), done], output=str(folder))
     if open_report:
         open_page(folder / 'report.html')
     if diagnosis.verdict == 'bad_data':

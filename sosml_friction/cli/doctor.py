@@ -4,7 +4,7 @@
 
 import typer
 
-from sosml_friction.cli.app import app, print_blocks, print_json
+from sosml_friction.cli.app import app, print_result
 from sosml_friction.cli.options import JsonOrTableOption
 
 
@@ -23,9 +23,7 @@ def doctor(json: JsonOrTableOption = False) -> None:
     from sosml_friction.report.plan import machine
 
     found = machine.examine()
-    if json:
-        print_json(machine.machine_document(found))
-    else:
-        print_blocks([machine.machine_table(found), machine.machine_sentence(found)])
+    blocks = [machine.machine_table(found), machine.machine_sentence(found)]
+    print_result(json, machine.machine_document(found), blocks)
     if not machine.is_ready(found):
         raise typer.Exit(1)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, print_blocks, print_json
+from sosml_friction.cli.app import app, print_result
 from sosml_friction.exceptions import ConfigurationError
 
 
@@ -17,28 +17,27 @@ def export(
     model: Annotated[Path, typer.Argument(metavar='MODEL', help='Model folder.')],
     to: Annotated[
         str,
-        typer.Option(
-            metavar='csv|isaaclab|json|latex|mjcf|ros2-control|sdf|urdf|usd',
-            help='Which form; docs/export.md says what fits.',
+        options.option(
+            'csv|isaaclab|json|latex|mjcf|ros2-control|sdf|urdf|usd',
+            'Which form; docs/export.md says what fits.',
         ),
     ],
     out: Annotated[
-        Path | None,
-        typer.Option(metavar='FILE', help='File to write; default: that of the target, here.'),
+        Path | None, options.option('FILE', 'File to write; default: that of the target, here.')
     ] = None,
     bag: Annotated[
         Path | None,
-        typer.Option(
-            metavar='BAG',
-            help='Recorded motion on which constants stand in for what the target cannot hold, '
+        options.option(
+            'BAG',
+            'Recorded motion on which constants stand in for what the target cannot hold, '
             "and the error is measured; default: the velocities of the model's fit.",
         ),
     ] = None,
     mjcf: Annotated[
         Path | None,
-        typer.Option(
-            metavar='FILE',
-            help="With --to mjcf: the file whose joints get the model; default: the model's URDF "
+        options.option(
+            'FILE',
+            "With --to mjcf: the file whose joints get the model; default: the model's URDF "
             'as MuJoCo reads it.',
         ),
     ] = None,
@@ -70,11 +69,7 @@ def export(
         file.write_text(text, encoding='utf-8')
     except OSError as error:
         raise ConfigurationError(f'{file} cannot be written: {error.strerror}') from error
-    if json:
-        print_json(
-            {'format': 'sosml_friction/export/1', 'target': to, 'lost': lost, 'losses': losses},
-            output=str(file),
-        )
-        return
+    document = {'format': 'sosml_friction/export/1', 'target': to, 'lost': lost, 'losses': losses}
     said = f'{to} cannot hold: {", ".join(lost)}.' if lost else 'Nothing was lost.'
-    print_blocks([f'{file} is written.', said, *(f'{one}.' for one in losses)])
+    blocks = [f'{file} is written.', said, *(f'{one}.' for one in losses)]
+    print_result(json, document, blocks, output=str(file))

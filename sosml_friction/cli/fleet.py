@@ -19,8 +19,8 @@ import typer
 
 from sosml_friction.bags.bag_metadata import METADATA
 from sosml_friction.bags.tables.file_kind import is_table
-from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark, show_help
-from sosml_friction.cli.options import JsonOption
+from sosml_friction.cli.app import app, print_result, progress, remark, show_help
+from sosml_friction.cli.options import JsonOption, option
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 
 if TYPE_CHECKING:
@@ -37,45 +37,9 @@ fleet = typer.Typer(name='fleet', help='Fit or diagnose every recording of a fol
 fleet.callback(invoke_without_command=True)(show_help)
 app.add_typer(fleet)
 
-FolderArgument = Annotated[
-    Path, typer.Argument(metavar='FOLDER', help='Folder of bags or tables, at any depth.')
-]
-OutOption = Annotated[
-    Path | None,
-    typer.Option(metavar='DIR', help='Where to write; default: <name of the folder>_fleet here.'),
-]
-JobsOption = Annotated[
-    int | None,
-    typer.Option(metavar='N', min=1, help='Recordings at a time; default: one for each core.'),
-]
-SchedulerOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar='ADDRESS',
-        help='Dask scheduler, such as tcp://host:8786, whose workers do the work; they see the '
-        'recordings and the results under the same paths. Needs the extra sosml_friction[dask].',
-    ),
-]
-_FORWARDS = {'allow_extra_args': True, 'ignore_unknown_options': True}
-
-
-class Done(NamedTuple):
-    """Hold how a command ended: its exit code, and what it said on stderr last."""
-
-    code: int
-    said: str
-
-
-@fleet.command(context_settings=_FORWARDS)
-def fit(
-    context: typer.Context,
-    folder: FolderArgument,
-    out: OutOption = None,
-    jobs: JobsOption = None,
-    scheduler: SchedulerOption = None,
-    json: JsonOption = False,
-) -> None:
-    """
+#: The commands, which do the same with another command of sosml, and the help of each.
+_HELP = {
+    'fit': """
     Fit the friction of every recording by itself, and put all into one table.
 
     Every other option is handed to sosml fit as it is. Writes a folder with the results of each
@@ -86,20 +50,8 @@ def fit(
     Exit code 1 if a recording could not be fitted.
 
     Example: sosml fleet fit recordings --model arm --effort-hold end
-    """
-    _run('fit', context, folder, out, jobs, scheduler, json)
-
-
-@fleet.command(context_settings=_FORWARDS)
-def diagnose(
-    context: typer.Context,
-    folder: FolderArgument,
-    out: OutOption = None,
-    jobs: JobsOption = None,
-    scheduler: SchedulerOption = None,
-    json: JsonOption = False,
-) -> None:
-    """
+    """,
+    'diagnose': """
     Diagnose every recording by itself, and put all verdicts and causes into one table.
 
     Every other option is handed to sosml diagnose as it is; the rest is as for sosml fleet fit.
@@ -107,22 +59,44 @@ def diagnose(
     Exit code 1 if the data of a recording are too bad to tell.
 
     Example: sosml fleet diagnose recordings --model arm
-    """
-    _run('diagnose', context, folder, out, jobs, scheduler, json)
+    """,
+}
+
+
+class Done(NamedTuple):
+    """Hold how a command ended: its exit code, and what it said on stderr last."""
+
+    code: int
+    said: str
 
 
 def _run(
-    command: str,
     context: typer.Context,
-    folder: Path,
-    out: Path | None,
-    jobs: int | None,
-    scheduler: str | None,
-    json: bool,
+    folder: Annotated[
+        Path, typer.Argument(metavar='FOLDER', help='Folder of bags or tables, at any depth.')
+    ],
+    out: Annotated[
+        Path | None, option('DIR', 'Where to write; default: <name of the folder>_fleet here.')
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar='N', min=1, help='Recordings at a time; default: one for each core.'),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        option(
+            'ADDRESS',
+            'Dask scheduler, such as tcp://host:8786, whose workers do the work; they see the '
+            'recordings and the results under the same paths. Needs the extra '
+            'sosml_friction[dask].',
+        ),
+    ] = None,
+    json: JsonOption = False,
 ) -> None:
     from sosml_friction.report.common.output import require_writable
     from sosml_friction.report.fleet.rows import failed_row, rows_csv
 
+    command = str(context.info_name)
     folder, options = split_words(command, [str(folder), *context.args])
     out = (out or Path(f'{folder.resolve().name}_fleet')).resolve()
     recordings = find_recordings(folder, out)
@@ -178,6 +152,11 @@ def _run(
     bad = any(row.told.startswith('bad_data') for row in rows)
     if failed or bad:
         raise typer.Exit(1)
+
+
+_FORWARDS = {'allow_extra_args': True, 'ignore_unknown_options': True}
+for _name, _text in _HELP.items():
+    fleet.command(_name, help=_text, context_settings=_FORWARDS)(_run)
 
 
 def split_words(command: str, words: Sequence[str]) -> tuple[Path, list[str]]:
@@ -282,7 +261,6 @@ def find_recordings(folder: Path, out: Path) -> dict[str, Path]:
     Return the recordings below a folder by a name of each: bags, tables, and bags of others.
 
     :param out: results, which are no recordings.
-    :raises ConfigurationError: if there is none.
     """
     from sosml_friction.bags.other_bag import is_other_bag
 
@@ -365,27 +343,22 @@ def _show(command: str, rows: Sequence[FleetRow], out: Path, json: bool) -> None
     from sosml_friction.report.fleet.rows import FORMAT, SHOWN, drifts, joint_tables
 
     found = drifts(rows)
-    if json:
-        print_json(
+    document = {
+        'format': FORMAT,
+        'command': command,
+        'rows': [row.to_dict() for row in rows],
+        'drifts': [
             {
-                'format': FORMAT,
-                'command': command,
-                'rows': [row.to_dict() for row in rows],
-                'drifts': [
-                    {
-                        **dict(zip(('robot', 'joint', 'quantity', 'unit'), key, strict=True)),
-                        'per_day': drift.slope,
-                        'half_width': drift.half_width,
-                        'scatter': drift.scatter,
-                        'recordings': drift.count,
-                        'shown': drift.is_shown,
-                    }
-                    for key, drift in found.items()
-                ],
-            },
-            output=str(out),
-        )
-        return
+                **dict(zip(('robot', 'joint', 'quantity', 'unit'), key, strict=True)),
+                'per_day': drift.slope,
+                'half_width': drift.half_width,
+                'scatter': drift.scatter,
+                'recordings': drift.count,
+                'shown': drift.is_shown,
+            }
+            for key, drift in found.items()
+        ],
+    }
     blocks: list[Any] = []
     for (robot, joint), lines in joint_tables(rows).items():
         blocks += [f'{robot} {joint}'.strip(), terminal_table(SHOWN, lines, sections=True)]
@@ -399,4 +372,4 @@ def _show(command: str, rows: Sequence[FleetRow], out: Path, json: bool) -> None
     if found and not any(drift.is_shown for drift in found.values()):
         blocks.append('No parameter changes over the dates beyond its 95 % interval.')
     blocks.append(f'fleet.csv and the results of each recording are in {out}')
-    print_blocks(blocks)
+    print_result(json, document, blocks, output=str(out))

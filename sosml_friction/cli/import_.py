@@ -11,8 +11,8 @@ from typing import Annotated, Any
 import typer
 
 from sosml_friction.bags.tables.file_kind import table_name
-from sosml_friction.cli.app import app, print_json, progress, remark
-from sosml_friction.cli.options import JsonOption
+from sosml_friction.cli.app import app, print_result, progress, remark
+from sosml_friction.cli.options import JsonOption, option
 from sosml_friction.cli.tables import make_bag, takes_columns, urdf_text
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.share import share_directory
@@ -43,9 +43,9 @@ def import_(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar='PATH',
-            help='Bag to make, of several files the folder of the bags, with --guess the mapping; '
+        option(
+            'PATH',
+            'Bag to make, of several files the folder of the bags, with --guess the mapping; '
             'default: the name of the file, in this folder.',
         ),
     ] = None,
@@ -81,11 +81,10 @@ def import_(
     if len(set(places.values())) < len(files):
         raise ConfigurationError('two files have the same name: import them one after the other')
     documents = [_import(file, place, dict(said), urdf, json) for file, place in places.items()]
-    if not json:
-        typer.echo(f'Next: sosml info {documents[0]["bag"]}, then sosml fit {documents[0]["bag"]}')
-    if json:
-        one = documents[0] if len(documents) == 1 else {'imports': documents}
-        print_json({'format': FORMAT, **one})
+    one = documents[0] if len(documents) == 1 else {'imports': documents}
+    bag = documents[0]['bag']
+    told = [f'Next: sosml info {bag}, then sosml fit {bag}']
+    print_result(json, {'format': FORMAT, **one}, told)
 
 
 def _place(file: Path, out: Path | None, count: int) -> Path:
@@ -153,22 +152,16 @@ def _guess(
     except OSError as error:
         raise ConfigurationError(f'{path} cannot be written: {error.strerror}') from error
     command = f'sosml import {quote(str(file))} --map {quote(str(path))}'
-    if json:
-        print_json(
-            {'format': GUESS_FORMAT, 'file': str(file), 'mapping': str(path)},
-            content=found.content,
-            reasons=found.reasons,
-            remarks=found.remarks,
-            left_open=found.left_open,
-            next=command,
-        )
-        return
-    for sentence in [*found.sentences(), *found.remarks]:
-        typer.echo(sentence)
+    document = {
+        'format': GUESS_FORMAT, 'file': str(file), 'mapping': str(path), 'content': found.content,
+        'reasons': found.reasons, 'remarks': found.remarks, 'left_open': found.left_open,
+        'next': command,
+    }  # fmt: skip
+    told, fill = [*found.sentences(), *found.remarks], 'Look through'
     if found.left_open:
-        typer.echo(f'Left open, as nothing in the file tells it: {", ".join(found.left_open)}')
-    fill = 'Fill in what is left open in' if found.left_open else 'Look through'
-    typer.echo(f'{fill} {path}, then: {command}')
+        told.append(f'Left open, as nothing in the file tells it: {", ".join(found.left_open)}')
+        fill = 'Fill in what is left open in'
+    print_result(json, document, [*told, f'{fill} {path}, then: {command}'])
 
 
 def _shipped_mapping(file: Path) -> Path:

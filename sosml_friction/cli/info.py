@@ -4,7 +4,7 @@
 
 from pathlib import Path
 
-from sosml_friction.cli.app import app, print_blocks, print_json, progress
+from sosml_friction.cli.app import app, print_result, progress
 from sosml_friction.cli.options import JsonOption, NamespaceOption
 from sosml_friction.cli.tables import takes_tables
 
@@ -32,7 +32,4 @@ def info(
     with progress(f'reading {bag}'):
         information = bag_information(Bag.open(bag, namespace))
     information['path'] = str(recording or bag)
-    if json:
-        print_json(information)
-    else:
-        print_blocks(information_blocks(information))
+    print_result(json, information, information_blocks(information))

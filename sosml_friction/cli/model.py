@@ -11,7 +11,7 @@ import typer
 
 from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, command_line, print_blocks, print_json, show_help
+from sosml_friction.cli.app import app, command_line, print_result, show_help
 
 if TYPE_CHECKING:
     from sosml_friction.model.model_folder import RobotModelFile
@@ -22,22 +22,8 @@ model_app = typer.Typer(
 model_app.callback(invoke_without_command=True)(show_help)
 app.add_typer(model_app)
 
-ArmatureOption = Annotated[
-    list[str] | None,
-    options.joint_values_option(
-        'Inertia of the rotor at the joint, J N^2 [kg m2 or kg], 0 where the bodies of the URDF '
-        'have it; default: not known. Repeatable.'
-    ),
-]
-LockedOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar='JOINT=POSITION',
-        help='A joint that does not move, and where it stands [rad or m]; repeatable.',
-    ),
-]
 JointOption = Annotated[str, typer.Option(help='Name of the joint, that in the recording.')]
-MassOption = Annotated[float, typer.Option(metavar='KG', help='All that moves.')]
+MassOption = Annotated[float, options.option('KG', 'All that moves.')]
 JsonOption = Annotated[bool, options.json_option('sentences')]
 ForceOption = Annotated[
     bool, typer.Option('--force', help='Overwrite an earlier model even if you changed it since.')
@@ -50,15 +36,29 @@ def new(
     source: Annotated[
         Path, typer.Argument(metavar='URDF', help='URDF file, or a bag that holds one.')
     ],
-    armature: ArmatureOption = None,
-    joints: Annotated[
-        str | None,
-        options.names_option(
-            'Joints of the model; default: all that move by themselves, of a bag those that its '
-            'joint_states name.'
+    armature: Annotated[
+        list[str] | None,
+        options.option(
+            '[JOINT=]VALUE',
+            'Inertia of the rotor at the joint, J N^2 [kg m2 or kg], 0 where the bodies of the '
+            'URDF have it; default: not known. Repeatable.',
         ),
     ] = None,
-    locked: LockedOption = None,
+    joints: Annotated[
+        str | None,
+        options.option(
+            'NAME,...',
+            'Joints of the model; default: all that move by themselves, of a bag those that its '
+            'joint_states name.',
+        ),
+    ] = None,
+    locked: Annotated[
+        list[str] | None,
+        options.option(
+            'JOINT=POSITION',
+            'A joint that does not move, and where it stands [rad or m]; repeatable.',
+        ),
+    ] = None,
     out: Annotated[Path | None, options.out_option('<name of the robot>_model')] = None,
     namespace: options.NamespaceOption = None,
     force: ForceOption = False,
@@ -87,20 +87,14 @@ def new(
 def pendulum(
     context: typer.Context,
     mass: MassOption,
-    length: Annotated[
-        float, typer.Option(metavar='M', help='From the axis to the centre of mass.')
-    ],
+    length: Annotated[float, options.option('M', 'From the axis to the centre of mass.')],
     inertia: Annotated[
         float | None,
-        typer.Option(
-            metavar='KG_M2', help='About the centre of mass; default: all mass is in one point.'
-        ),
+        options.option('KG_M2', 'About the centre of mass; default: all mass is in one point.'),
     ] = None,
     armature: Annotated[
         float | None,
-        typer.Option(
-            metavar='KG_M2', help='Of the rotor at the joint, J N^2; default: not known.'
-        ),
+        options.option('KG_M2', 'Of the rotor at the joint, J N^2; default: not known.'),
     ] = None,
     joint: JointOption = 'joint',
     out: Annotated[Path, options.out_option('pendulum')] = Path('pendulum'),
@@ -139,9 +133,7 @@ def axis(
 @model_app.command()
 def free(
     context: typer.Context,
-    inertia: Annotated[
-        float, typer.Option(metavar='KG_M2', help='All that turns, seen at the shaft.')
-    ],
+    inertia: Annotated[float, options.option('KG_M2', 'All that turns, seen at the shaft.')],
     joint: JointOption = 'joint',
     out: Annotated[Path, options.out_option('shaft')] = Path('shaft'),
     force: ForceOption = False,
@@ -186,7 +178,5 @@ def _finish(
     view.check_model_folder(out, force)
     made = {'command': command_line(context), **model.provenance}
     view.with_hashes(replace(model, provenance=made)).write(out)
-    if json:
-        print_json(view.model_document(model, robot), output=str(out))
-    else:
-        print_blocks([*view.model_sentences(model, robot, out), view.model_table(model, robot)])
+    blocks = [*view.model_sentences(model, robot, out), view.model_table(model, robot)]
+    print_result(json, view.model_document(model, robot), blocks, output=str(out))

@@ -27,36 +27,22 @@ def json_option(instead: str) -> Any:
 
 def out_option(default: str) -> Any:
     """Return the option --out of a command that writes a folder named ``default`` without it."""
-    return typer.Option(metavar='DIR', help=f'Where to write; default: {default} in this folder.')
+    return option('DIR', f'Where to write; default: {default} in this folder.')
 
 
-def folder_option(what: str) -> Any:
-    """Return an option that takes a folder."""
-    return typer.Option(metavar='DIR', help=what)
+def option(metavar: str, what: str) -> Any:
+    """Return an option that takes a value."""
+    return typer.Option(metavar=metavar, help=what)
 
 
 def mjcf_option(what: str = '') -> Any:
     """Return an option that takes MuJoCo's model of a robot."""
     text = "MuJoCo's model (MJCF), in the place of --model and --urdf."
-    return typer.Option(metavar='FILE', help=f'{text} {what}'.strip())
-
-
-def names_option(what: str) -> Any:
-    """Return an option that takes names with commas between them."""
-    return typer.Option(metavar='NAME,...', help=what)
-
-
-def joint_values_option(what: str) -> Any:
-    """Return an option that takes a number for one joint or for all, and is repeatable."""
-    return typer.Option(metavar='[JOINT=]VALUE', help=what)
+    return option('FILE', f'{text} {what}'.strip())
 
 
 def parse_forms(text: str | None) -> tuple[str, ...]:
-    """
-    Return the forms of ``--figures``, none where it was not given.
-
-    :raises ConfigurationError: if one is not known.
-    """
+    """Return the forms of ``--figures``, none where it was not given."""
     names = as_names(text or None)
     if names is None:
         return ()
@@ -71,11 +57,7 @@ def stated(**values: Any) -> dict[str, Any]:
 
 
 def parse_numbers(option: str, text: str) -> list[float]:
-    """
-    Read numbers with commas between them.
-
-    :raises ConfigurationError: if one is none.
-    """
+    """Read numbers with commas between them."""
     try:
         return [float(part) for part in text.split(',')]
     except ValueError:
@@ -87,8 +69,6 @@ def parse_values(option: str, entries: list[str], what: str = 'JOINT=VALUE') -> 
     Read entries ``JOINT=VALUE``, or ``VALUE``, which is that of '*', all others.
 
     :param what: the form to ask for, where an entry is something else.
-
-    :raises ConfigurationError: if one is neither.
     """
     stated = {}
     for entry in entries:
@@ -143,14 +123,12 @@ def _refuse_data_file(bag: Path) -> Path:
 
 
 BagArgument = Annotated[
-    Path,
-    typer.Argument(metavar='BAG', help='Bag folder or file.', callback=_refuse_data_file),
+    Path, typer.Argument(metavar='BAG', help='Bag folder or file.', callback=_refuse_data_file)
 ]
 JsonOption = Annotated[bool, json_option('tables')]
 JsonOrTableOption = Annotated[bool, json_option('a table')]
 NamespaceOption = Annotated[
-    str | None,
-    typer.Option(help='Namespace of the robot, where a bag holds several.', metavar='NS'),
+    str | None, option('NS', 'Namespace of the robot, where a bag holds several.')
 ]
 ModelOption = Annotated[
     Path | None,
@@ -158,10 +136,11 @@ ModelOption = Annotated[
 ]
 ArmatureOption = Annotated[
     list[str] | None,
-    joint_values_option(
+    option(
+        '[JOINT=]VALUE',
         'Inertia of the rotor at the joint, J N^2 [kg m2 or kg], where the model does not know '
         'it; 0 where the bodies of the URDF have it. With it a bag needs no model: its '
-        'robot_description is enough. Repeatable.'
+        'robot_description is enough. Repeatable.',
     ),
 ]
 UrdfOption = Annotated[
@@ -171,23 +150,19 @@ UrdfOption = Annotated[
 MjcfOption = Annotated[Path | None, mjcf_option()]
 FiguresOption = Annotated[
     str | None,
-    typer.Option(
-        metavar='FORM,...',
-        help='Write each figure of the report as files too, into figures/: png, pdf, svg, csv.',
+    option(
+        'FORM,...',
+        'Write each figure of the report as files too, into figures/: png, pdf, svg, csv.',
     ),
 ]
 OpenOption = Annotated[
     bool, typer.Option('--open', help='Open the report in the browser when it is written.')
 ]
-RateOption = Annotated[
-    float | None,
-    typer.Option(metavar='HZ', help='Samples per second of a table without a column of time.'),
-]
 EffortHoldOption = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar='[JOINT=]HOLD',
-        help='Where in an interval a sample of effort holds: start (a command), mean, or end (a '
+    option(
+        '[JOINT=]HOLD',
+        'Where in an interval a sample of effort holds: start (a command), mean, or end (a '
         "measured current); repeatable; default: the bag's, else start.",
     ),
 ]

@@ -6,58 +6,39 @@ from typing import Annotated
 
 import typer
 
-from sosml_friction.cli.app import app, print_blocks, print_json
-from sosml_friction.cli.options import JsonOption, stated
-
-StdErrorOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar='NAME=NUMBER',
-        help='Wanted standard error of coulomb, viscous, stribeck, stribeck_velocity or bias; '
-        'repeatable.',
-    ),
-]
-BudgetOption = Annotated[float, typer.Option(metavar='S', help='Longest duration of the ladder.')]
-NoiseOption = Annotated[
-    float | None,
-    typer.Option(metavar='NM', help='Standard deviation of a sample of friction; default: 0.05.'),
-]
-CorrelationOption = Annotated[
-    float | None, typer.Option(metavar='S', help='Correlation time of that noise; default: 0.005.')
-]
-AssumeOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar='NAME=NUMBER',
-        help='Friction that is expected; default: coulomb=0.8, viscous=0.35, stribeck=0.5, '
-        'stribeck_velocity=0.03, bias=0; repeatable.',
-    ),
-]
-PlateauOption = Annotated[
-    float | None, typer.Option(metavar='S', help='Length of a plateau; default: 1.')
-]
-RampOption = Annotated[
-    float | None, typer.Option(metavar='S', help='Length of a ramp; default: 0.3.')
-]
-SlowestOption = Annotated[
-    float | None, typer.Option(metavar='RAD_S', help='Slowest plateau; default: 0.01.')
-]
-FastestOption = Annotated[
-    float | None, typer.Option(metavar='RAD_S', help='Fastest plateau; default: 0.7.')
-]
+from sosml_friction.cli.app import app, print_result
+from sosml_friction.cli.options import JsonOption, option, stated
 
 
 @app.command()
 def plan(
-    std_error: StdErrorOption = None,
-    budget: BudgetOption = 120.0,
-    noise: NoiseOption = None,
-    correlation: CorrelationOption = None,
-    assume: AssumeOption = None,
-    plateau: PlateauOption = None,
-    ramp: RampOption = None,
-    slowest: SlowestOption = None,
-    fastest: FastestOption = None,
+    std_error: Annotated[
+        list[str] | None,
+        option(
+            'NAME=NUMBER',
+            'Wanted standard error of coulomb, viscous, stribeck, stribeck_velocity or bias; '
+            'repeatable.',
+        ),
+    ] = None,
+    budget: Annotated[float, option('S', 'Longest duration of the ladder.')] = 120.0,
+    noise: Annotated[
+        float | None, option('NM', 'Standard deviation of a sample of friction; default: 0.05.')
+    ] = None,
+    correlation: Annotated[
+        float | None, option('S', 'Correlation time of that noise; default: 0.005.')
+    ] = None,
+    assume: Annotated[
+        list[str] | None,
+        option(
+            'NAME=NUMBER',
+            'Friction that is expected; default: coulomb=0.8, viscous=0.35, stribeck=0.5, '
+            'stribeck_velocity=0.03, bias=0; repeatable.',
+        ),
+    ] = None,
+    plateau: Annotated[float | None, option('S', 'Length of a plateau; default: 1.')] = None,
+    ramp: Annotated[float | None, option('S', 'Length of a ramp; default: 0.3.')] = None,
+    slowest: Annotated[float | None, option('RAD_S', 'Slowest plateau; default: 0.01.')] = None,
+    fastest: Annotated[float | None, option('RAD_S', 'Fastest plateau; default: 0.7.')] = None,
     json: JsonOption = False,
 ) -> None:
     """
@@ -82,9 +63,7 @@ def plan(
     wanted = view.parse_parameters('--std-error', std_error or [])
     assumed = {**view.ASSUMED, **view.parse_parameters('--assume', assume or [])}
     found = plan_experiment(wanted, budget, assumed, settings)
-    if json:
-        print_json(view.plan_document(found, budget, assumed, settings))
-    else:
-        print_blocks([view.plan_table(found, budget), view.plan_command(found, settings)])
+    blocks = [view.plan_table(found, budget), view.plan_command(found, settings)]
+    print_result(json, view.plan_document(found, budget, assumed, settings), blocks)
     if found.missed:
         raise typer.Exit(1)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sosml_friction.cli.app import app, print_blocks, print_json, progress
+from sosml_friction.cli.app import app, print_result, progress
 from sosml_friction.cli.options import BagArgument, JsonOption
 
 
@@ -38,7 +38,4 @@ def repair(
 
     with progress(f'reading {bag}'):
         document = repair_bag(bag, out or Path(f'{bag_name(bag)}_repaired'))
-    if json:
-        print_json(document)
-    else:
-        print_blocks(repair_blocks(document))
+    print_result(json, document, repair_blocks(document))

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress
+from sosml_friction.cli.app import app, open_page, print_result, progress
 from sosml_friction.cli.tables import takes_tables
 
 
@@ -17,14 +17,14 @@ from sosml_friction.cli.tables import takes_tables
 def simulate(
     bag: Path,
     model: Annotated[
-        Path | None, options.folder_option("Model folder to simulate; default: the bag's own.")
+        Path | None, options.option('DIR', "Model folder to simulate; default: the bag's own.")
     ] = None,
     armature: options.ArmatureOption = None,
     horizon: Annotated[
         float | None,
-        typer.Option(
-            metavar='S',
-            help='Simulate windows of this length, begun anew from the measured state; default: '
+        options.option(
+            'S',
+            'Simulate windows of this length, begun anew from the measured state; default: '
             'the closed loop from end to end where the bag holds its controller, else 0.5.',
         ),
     ] = None,
@@ -56,29 +56,19 @@ def simulate(
     from sosml_friction.diagnosis.bag_simulation import simulate_bag
     from sosml_friction.report.common.figure_files import write_figures
     from sosml_friction.report.common.output import check_output_folder, require_writable
-    from sosml_friction.report.simulation.document import (
-        KIND,
-        error_table,
-        figure_views,
-        simulation_document,
-        simulation_sentences,
-        write_simulation,
-    )
+    from sosml_friction.report.simulation import document as view
 
     forms = options.parse_forms(figures)
-    folder = check_output_folder(out or Path(f'{bag_name(bag)}_simulation'), KIND)
+    folder = check_output_folder(out or Path(f'{bag_name(bag)}_simulation'), view.KIND)
     require_writable(folder)
     with progress(f'reading {bag}') as step:
         source = options.stated_model(bag, model, armature, urdf, namespace, mjcf)
         found, nominal, provenance = simulate_bag(bag, source, urdf, namespace, horizon, step)
         step('drawing the report')
-        write_simulation(folder, found, nominal, provenance)
-        write_figures(folder, 'simulation', figure_views(found), forms)
+        view.write_simulation(folder, found, nominal, provenance)
+        write_figures(folder, 'simulation', view.figure_views(found), forms)
     if open_report:
         open_page(folder / 'report.html')
-    if json:
-        print_json(simulation_document(found, nominal, provenance), output=str(folder))
-        return
+    document = view.simulation_document(found, nominal, provenance)
     done = f'simulation.json and report.html are in {folder}'
-    remarks = [f'{remark}.' for remark in found.remarks]
-    print_blocks([*simulation_sentences(found), error_table(found), *remarks, done])
+    print_result(json, document, [*view.simulation_blocks(found), done], output=str(folder))

@@ -9,58 +9,50 @@ import typer
 
 from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress
+from sosml_friction.cli.app import app, open_page, print_result, progress
 from sosml_friction.exceptions import ConfigurationError
 
 _MOST_PROCESSES = 1024
 
-OutOption = Annotated[Path, options.folder_option('Where to write the report.')]
-ObserversOption = Annotated[
-    str | None, options.names_option('Observers of the study; default: all.')
-]
-SeedsOption = Annotated[
-    int | None,
-    typer.Option(metavar='N', help='Noise seeds that are scored, 1 to 100; default: 5.'),
-]
-TuningSeedsOption = Annotated[
-    int | None,
-    typer.Option(metavar='N', help='Other noise seeds, to tune on, 1 to 100; default: 2.'),
-]
-EvaluationsOption = Annotated[
-    int | None,
-    typer.Option(metavar='N', help='Gain sets tried in each tuning, 4 to 100000; default: 300.'),
-]
-BitsOption = Annotated[
-    int, typer.Option(metavar='N', help='Resolution of the encoders per turn, 8 to 24.')
-]
-ProcessesOption = Annotated[
-    int | None,
-    typer.Option(metavar='N', help='Processes to share the work; default: one per core.'),
-]
-QuickOption = Annotated[
-    bool,
-    typer.Option(
-        '--quick',
-        help='A first look: 24 evaluations, 2 scoring seeds, 1 tuning seed, plant steps of '
-        '200 us instead of 50 us, where nothing else is said.',
-    ),
-]
-
 
 @app.command()
 def study(
-    out: OutOption = Path('study_output'),
-    seeds: SeedsOption = None,
-    tuning_seeds: TuningSeedsOption = None,
-    evaluations: EvaluationsOption = None,
-    observers: ObserversOption = None,
-    motions: Annotated[str | None, options.names_option('slow, reversal; default: both.')] = None,
-    conditions: Annotated[
-        str | None, options.names_option('nominal, noise, mismatch; default: all.')
+    out: Annotated[Path, options.option('DIR', 'Where to write the report.')] = Path(
+        'study_output'
+    ),
+    seeds: Annotated[
+        int | None, options.option('N', 'Noise seeds that are scored, 1 to 100; default: 5.')
     ] = None,
-    bits: BitsOption = 16,
-    processes: ProcessesOption = None,
-    quick: QuickOption = False,
+    tuning_seeds: Annotated[
+        int | None, options.option('N', 'Other noise seeds, to tune on, 1 to 100; default: 2.')
+    ] = None,
+    evaluations: Annotated[
+        int | None,
+        options.option('N', 'Gain sets tried in each tuning, 4 to 100000; default: 300.'),
+    ] = None,
+    observers: Annotated[
+        str | None, options.option('NAME,...', 'Observers of the study; default: all.')
+    ] = None,
+    motions: Annotated[
+        str | None, options.option('NAME,...', 'slow, reversal; default: both.')
+    ] = None,
+    conditions: Annotated[
+        str | None, options.option('NAME,...', 'nominal, noise, mismatch; default: all.')
+    ] = None,
+    bits: Annotated[
+        int, options.option('N', 'Resolution of the encoders per turn, 8 to 24.')
+    ] = 16,
+    processes: Annotated[
+        int | None, options.option('N', 'Processes to share the work; default: one per core.')
+    ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            '--quick',
+            help='A first look: 24 evaluations, 2 scoring seeds, 1 tuning seed, plant steps of '
+            '200 us instead of 50 us, where nothing else is said.',
+        ),
+    ] = False,
     figures: options.FiguresOption = None,
     open_report: options.OpenOption = False,
     json: options.JsonOption = False,
@@ -78,11 +70,8 @@ def study(
     Example: sosml study --quick --observers first_order,sosml,kalman --out study_output
     """
     from sosml_friction.report.common.figure_files import write_figures
-    from sosml_friction.report.study.results import (
-        check_study_destination,
-        study_document,
-        write_study,
-    )
+    from sosml_friction.report.common.output import check_output_folder
+    from sosml_friction.report.study import results as view
     from sosml_friction.report.study.tables import study_tables
     from sosml_friction.study.run import QUICK, StudySettings, run_study
 
@@ -100,17 +89,14 @@ def study(
             f'the number of processes is {processes}: use 1 to {_MOST_PROCESSES}'
         )
     forms = options.parse_forms(figures)
-    folder = check_study_destination(out)
+    folder = check_output_folder(out, view.study_kind())
     with progress('starting') as step:
         result = run_study(settings, processes, step)
         step('fitting friction laws')
-        document = study_document(result)
-        write_study(folder, result, document, lambda name: step(f'drawing {name}'))
+        document = view.study_document(result)
+        view.write_study(folder, result, document, lambda name: step(f'drawing {name}'))
         write_figures(folder, 'study', {'': result}, forms)
     if open_report:
         open_page(folder / 'study.html')
-    if json:
-        print_json(document, output=str(folder))
-    else:
-        done = f'study.html, study.json and the figures are in {folder}'
-        print_blocks([study_tables(result), done])
+    done = f'study.html, study.json and the figures are in {folder}'
+    print_result(json, document, [study_tables(result), done], output=str(folder))

@@ -16,7 +16,7 @@ import typer
 from sosml_friction.api.names import as_names
 from sosml_friction.bags.tables.file_kind import SUFFIXES, is_table, table_name
 from sosml_friction.cli.app import remark
-from sosml_friction.cli.options import RateOption, parse_numbers
+from sosml_friction.cli.options import option, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.text_file import read_text
 
@@ -52,31 +52,26 @@ _TABLE_OPTIONS: dict[str, Any] = {
     'current': Annotated[str | None, _columns_option('Column of current [A], with --kt.')],
     'kt': Annotated[
         str | None,
-        typer.Option(
-            metavar='VALUE',
-            help='Nm (or N) at the joint per A, or per V, percent or count of --effort.',
-        ),
+        option('VALUE', 'Nm (or N) at the joint per A, or per V, percent or count of --effort.'),
     ],
     'time': Annotated[
         str | None, _columns_option('Column of time; default: that which grows all the time.')
     ],
-    'rate': RateOption,
+    'rate': Annotated[
+        float | None, option('HZ', 'Samples per second of a table without a column of time.')
+    ],
     'counts_per_turn': Annotated[
-        float | None, typer.Option(metavar='N', help='Counts per turn of a position in counts.')
+        float | None, option('N', 'Counts per turn of a position in counts.')
     ],
     'pendulum': Annotated[
         str | None,
-        typer.Option(
-            metavar='KG,M[,KG_M2]',
-            help='The robot is a pendulum: mass, length to its centre, inertia about that.',
+        option(
+            'KG,M[,KG_M2]',
+            'The robot is a pendulum: mass, length to its centre, inertia about that.',
         ),
     ],
-    'axis': Annotated[
-        float | None, typer.Option(metavar='KG', help='The robot is this mass on a level slide.')
-    ],
-    'free': Annotated[
-        float | None, typer.Option(metavar='KG_M2', help='The robot is a shaft of this inertia.')
-    ],
+    'axis': Annotated[float | None, option('KG', 'The robot is this mass on a level slide.')],
+    'free': Annotated[float | None, option('KG_M2', 'The robot is a shaft of this inertia.')],
 }
 _ROBOTS = ('pendulum', 'axis', 'free')
 _SERIES = ('position', 'velocity', 'effort', 'current', 'time')
@@ -92,20 +87,13 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
     too; one without needs no robot. One with ``recording`` is told there the path of its ``bag``
     as it was given.
     """
-    # Not typing.get_type_hints: on Python 3.10 a default of None hides the option from typer.
-    own = dict(inspect.signature(command, eval_str=True).parameters)
-    hints = {name: parameter.annotation for name, parameter in own.items()}
-    name, kind = ('bags', list[Path]) if 'bags' in hints else ('bag', Path)
-    hints[name] = Annotated[
-        kind, typer.Argument(metavar='BAG', help='Bag (folder or file), or table.')
-    ]
-    is_told = own.pop('recording', None) is not None
-    _add_options(own, hints, [n for n in _TABLE_OPTIONS if 'model' in own or n not in _ROBOTS])
+    parameters = inspect.signature(command).parameters
+    names = [name for name in _TABLE_OPTIONS if 'model' in parameters or name not in _ROBOTS]
+    name, kind = ('bags', list[Path]) if 'bags' in parameters else ('bag', Path)
+    argument = typer.Argument(metavar='BAG', help='Bag (folder or file), or table.')
 
-    @functools.wraps(command)
-    def with_tables(**given: Any) -> None:
-        said = {name: given.pop(name, None) for name in _TABLE_OPTIONS}
-        if is_told:
+    def run(given: dict[str, Any], said: dict[str, Any]) -> None:
+        if 'recording' in parameters:
             given['recording'] = given['bag']
         with tempfile.TemporaryDirectory(prefix='sosml_') as place:
             bags = _made_bags(given, said, Path(place))
@@ -117,7 +105,7 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
                     text = text.replace(str(bag), str(table))
                 raise SosmlFrictionError(text) from error
 
-    return _as_typed(with_tables, own, hints)
+    return _with_options(command, names, run, 'recording', {name: Annotated[kind, argument]})
 
 
 def takes_columns(command: Callable[..., None]) -> Callable[..., None]:
@@ -126,39 +114,43 @@ def takes_columns(command: Callable[..., None]) -> Callable[..., None]:
 
     It gets them as ``said``, by name, the mapping among them.
     """
-    own = dict(inspect.signature(command, eval_str=True).parameters)
-    del own['said']
-    hints = {name: parameter.annotation for name, parameter in own.items()}
-    names = [n for n in _TABLE_OPTIONS if n not in _ROBOTS]
-    _add_options(own, hints, names)
+    names = [name for name in _TABLE_OPTIONS if name not in _ROBOTS]
+    return _with_options(command, names, lambda given, said: command(**given, said=said), 'said')
+
+
+def _with_options(
+    command: Callable[..., None],
+    names: list[str],
+    run: Callable[[dict[str, Any], dict[str, Any]], None],
+    hidden: str,
+    changed: dict[str, Any] | None = None,
+) -> Callable[..., None]:
+    """
+    Return a command with some of the options of tables, as typer sees it.
+
+    :param run: gets the arguments of ``command``, and all options of tables by name.
+    :param hidden: parameter of ``command`` that is no option.
+    :param changed: annotations of parameters in the place of the command's.
+    """
+    # Not typing.get_type_hints: on Python 3.10 a default of None hides the option from typer.
+    own = inspect.signature(command, eval_str=True).parameters
+    hints = {name: p.annotation for name, p in own.items() if name != hidden} | (changed or {})
+    hints |= {name: _TABLE_OPTIONS[name] for name in names}
 
     @functools.wraps(command)
-    def with_columns(**given: Any) -> None:
-        said = dict.fromkeys(_ROBOTS) | {name: given.pop(name) for name in names}
-        command(**given, said=said)
+    def with_options(**given: Any) -> None:
+        said = dict.fromkeys(_TABLE_OPTIONS) | {name: given.pop(name) for name in names}
+        run(given, said)
 
-    return _as_typed(with_columns, own, hints)
-
-
-def _add_options(
-    own: dict[str, inspect.Parameter], hints: dict[str, Any], names: list[str]
-) -> None:
-    for name in names:
-        own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
-        hints[name] = _TABLE_OPTIONS[name]
-
-
-def _as_typed(
-    command: Callable[..., None], own: dict[str, inspect.Parameter], hints: dict[str, Any]
-) -> Callable[..., None]:
-    """Return a command whose parameters typer sees as these."""
-    parameters = [
-        p.replace(annotation=hints[p.name], kind=inspect.Parameter.KEYWORD_ONLY)
-        for p in own.values()
-    ]
-    vars(command)['__signature__'] = inspect.Signature(parameters)
-    command.__annotations__ = {p.name: hints[p.name] for p in parameters}
-    return command
+    vars(with_options)['__signature__'] = inspect.Signature([
+        inspect.Parameter(
+            name, inspect.Parameter.KEYWORD_ONLY, annotation=hint,
+            default=own[name].default if name in own else None,
+        )
+        for name, hint in hints.items()
+    ])  # fmt: skip
+    with_options.__annotations__ = hints
+    return with_options
 
 
 def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict[Path, Path]:
@@ -251,11 +243,7 @@ def _as_list(paths: Path | list[Path]) -> list[Path]:
 def urdf_text(
     urdf: Path | None, model: Path | None = None, mjcf: Path | None = None
 ) -> str | None:
-    """
-    Return a URDF, else that of a model folder or of an MJCF, None if none is given.
-
-    :raises ConfigurationError: if it cannot be read.
-    """
+    """Return a URDF, else that of a model folder or of an MJCF, None if none is given."""
     from sosml_friction.model.model_folder import read_model
 
     if urdf is None and mjcf is not None:
@@ -303,11 +291,7 @@ def _only_joint(bag: Path) -> str:
 
 
 def make_bag(
-    table: Path,
-    bag: Path,
-    said: dict[str, Any],
-    urdf: str | None,
-    urdf_file: Path | None = None,
+    table: Path, bag: Path, said: dict[str, Any], urdf: str | None, urdf_file: Path | None = None
 ) -> None:
     """
     Write a table as a bag, and say what was assumed on the way.
@@ -337,11 +321,7 @@ def make_bag(
 def stated_mapping(
     table: Path, said: dict[str, Any], urdf: str | None
 ) -> tuple[dict[str, Any], list[str]]:
-    """
-    Return the mapping that the options of columns make, and a sentence on each thing assumed.
-
-    :raises ConfigurationError: if they do not say what is needed.
-    """
+    """Return the mapping that the options of columns make, and sentences on what was assumed."""
     from sosml_friction.bags.tables.data_file import DataFile
     from sosml_friction.bags.tables.mapping import NO_POSITION
     from sosml_friction.bags.tables.stated_columns import Columns, map_columns

@@ -7,40 +7,34 @@ from typing import Annotated
 
 import typer
 
-from sosml_friction.cli.app import app, print_blocks, print_json, remark
-from sosml_friction.cli.options import JsonOption, folder_option
-
-NameArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar='NAME',
-        help='speed_ladder (or T1), symmetric_reversals (T2), slow_ladder (T3), slow_s_shape, '
-        'reversal, multisine or rich.',
-    ),
-]
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        '--set',
-        metavar='KEY=VALUE',
-        help='An option of the trajectory, a list with commas; repeatable. All have centre, '
-        'start, scale, effort_margin and acceleration_limit; docs/parameters.md has the rest.',
-    ),
-]
+from sosml_friction.cli.app import app, print_result, remark
+from sosml_friction.cli.options import JsonOption, option
 
 
 @app.command()
 def trajectory(
-    name: NameArgument,
-    model: Annotated[Path | None, folder_option('Model folder; default: the exoskeleton.')] = None,
-    urdf: Annotated[
-        Path | None, typer.Option(metavar='FILE', help="URDF file; default: the model's.")
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar='NAME',
+            help='speed_ladder (or T1), symmetric_reversals (T2), slow_ladder (T3), slow_s_shape, '
+            'reversal, multisine or rich.',
+        ),
+    ],
+    model: Annotated[Path | None, option('DIR', 'Model folder; default: the exoskeleton.')] = None,
+    urdf: Annotated[Path | None, option('FILE', "URDF file; default: the model's.")] = None,
+    stated: Annotated[
+        list[str] | None,
+        typer.Option(
+            '--set',
+            metavar='KEY=VALUE',
+            help='An option of the trajectory, a list with commas; repeatable. All have centre, '
+            'start, scale, effort_margin and acceleration_limit; docs/parameters.md has the rest.',
+        ),
     ] = None,
-    stated: SetOption = None,
-    plot: Annotated[Path | None, typer.Option(metavar='FILE.png', help='Picture to draw.')] = None,
+    plot: Annotated[Path | None, option('FILE.png', 'Picture to draw.')] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(metavar='FILE.csv', help='Samples every 10 ms, if it is within all limits.'),
+        Path | None, option('FILE.csv', 'Samples every 10 ms, if it is within all limits.')
     ] = None,
     json: JsonOption = False,
 ) -> None:
@@ -72,14 +66,10 @@ def trajectory(
     written = None if planned.beyond else out
     if written is not None:
         write_file(written, view.trajectory_csv(planned).encode())
-    if json:
-        paths = {'plot': plot, 'output': written}
-        print_json(
-            view.trajectory_document(planned),
-            **{key: None if path is None else str(path) for key, path in paths.items()},
-        )
-    else:
-        print_blocks([view.trajectory_table(planned)])
+    paths = {'plot': plot, 'output': written}
+    told = {key: None if path is None else str(path) for key, path in paths.items()}
+    document, table = view.trajectory_document(planned), view.trajectory_table(planned)
+    print_result(json, document, [table], **told)
     if planned.beyond:
         if out is not None:
             remark(f'{out} is not written: the trajectory is beyond a limit')

@@ -5,49 +5,46 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, print_blocks, print_json, progress
+from sosml_friction.cli.app import app, print_result, progress
 from sosml_friction.cli.tables import takes_tables
-
-ObserversOption = Annotated[
-    str | None,
-    options.names_option(
-        f'Observers to propose gains for; default: all of {options.OBSERVER_NAMES}.'
-    ),
-]
-PositionNoiseOption = Annotated[
-    list[str] | None,
-    options.joint_values_option(
-        'Noise of a position [rad or m], with resolution / sqrt(12); default: measured.'
-    ),
-]
-VelocityNoiseOption = Annotated[
-    list[str] | None,
-    options.joint_values_option('Noise of a velocity [rad/s or m/s]; default: measured.'),
-]
-FrictionJumpOption = Annotated[
-    list[str] | None,
-    options.joint_values_option(
-        'How much friction changes at a reversal, twice its level [Nm or N]; default: measured.'
-    ),
-]
-ReversalTimeOption = Annotated[
-    list[str] | None, options.joint_values_option('Time between reversals [s]; default: measured.')
-]
 
 
 @app.command()
 @takes_tables
 def tune(
     bag: Path,
-    observers: ObserversOption = None,
-    position_noise: PositionNoiseOption = None,
-    velocity_noise: VelocityNoiseOption = None,
-    friction_jump: FrictionJumpOption = None,
-    reversal_time: ReversalTimeOption = None,
+    observers: Annotated[
+        str | None,
+        options.option(
+            'NAME,...',
+            f'Observers to propose gains for; default: all of {options.OBSERVER_NAMES}.',
+        ),
+    ] = None,
+    position_noise: Annotated[
+        list[str] | None,
+        options.option(
+            '[JOINT=]VALUE',
+            'Noise of a position [rad or m], with resolution / sqrt(12); default: measured.',
+        ),
+    ] = None,
+    velocity_noise: Annotated[
+        list[str] | None,
+        options.option('[JOINT=]VALUE', 'Noise of a velocity [rad/s or m/s]; default: measured.'),
+    ] = None,
+    friction_jump: Annotated[
+        list[str] | None,
+        options.option(
+            '[JOINT=]VALUE',
+            'How much friction changes at a reversal, twice its level [Nm or N]; default: '
+            'measured.',
+        ),
+    ] = None,
+    reversal_time: Annotated[
+        list[str] | None,
+        options.option('[JOINT=]VALUE', 'Time between reversals [s]; default: measured.'),
+    ] = None,
     effort_hold: options.EffortHoldOption = None,
     model: options.ModelOption = None,
     armature: options.ArmatureOption = None,
@@ -55,8 +52,7 @@ def tune(
     mjcf: options.MjcfOption = None,
     namespace: options.NamespaceOption = None,
     out: Annotated[
-        Path | None,
-        typer.Option(metavar='FILE.yaml', help='Parameter file to write, for observer_node.'),
+        Path | None, options.option('FILE.yaml', 'Parameter file to write, for observer_node.')
     ] = None,
     json: options.JsonOption = False,
 ) -> None:
@@ -91,14 +87,12 @@ def tune(
         proposal = gains.propose_gains(recorded, bag_name(bag), known, chosen, holds)
     if out is not None:
         view.write_parameters(out, proposal)
-    if json:
-        output = None if out is None else str(out)
-        print_json(view.proposal_document(proposal), output=output)
-        return
-    print_blocks([view.proposal_view(proposal)])
+    blocks = [view.proposal_view(proposal)]
     if out is not None:
         runs = 'these observers' if observers else 'first_order and sosml'
-        typer.echo(
+        blocks.append(
             f'Gains are in {out}: observer_node --ros-args --params-file {out} runs {runs}; '
             '-p observers:=[...] -p selected:=... choose others.'
         )
+    output = None if out is None else str(out)
+    print_result(json, view.proposal_document(proposal), blocks, output=output)

@@ -7,17 +7,15 @@ from typing import Annotated
 
 import typer
 
-from sosml_friction.cli.app import app, print_blocks, print_json, remark
-from sosml_friction.cli.options import JsonOption
+from sosml_friction.cli.app import app, print_result, remark
+from sosml_friction.cli.options import JsonOption, option
 from sosml_friction.exceptions import ConfigurationError
 
 
 @app.command()
 def watch(
-    namespace: Annotated[str, typer.Option(metavar='NS', help='Namespace of the robot.')] = '',
-    seconds: Annotated[
-        float | None, typer.Option(metavar='S', help='For how long; default: until Ctrl-C.')
-    ] = None,
+    namespace: Annotated[str, option('NS', 'Namespace of the robot.')] = '',
+    seconds: Annotated[float | None, option('S', 'For how long; default: until Ctrl-C.')] = None,
     json: JsonOption = False,
 ) -> None:
     """
@@ -41,10 +39,8 @@ def watch(
     from sosml_friction.nodes.watch import run_watch
 
     heard = run_watch(namespace, seconds, live=False if json else None)
-    if json:
-        print_json(heard.document())
-    elif not sys.stdout.isatty():
-        print_blocks([heard.table()])
+    # A terminal had the table while it was live.
+    print_result(json, heard.document(), [] if sys.stdout.isatty() else [heard.table()])
     if not heard.anything:
         remark('no node was heard: is the same ROS_DOMAIN_ID set, and does one run?')
         raise typer.Exit(1)

@@ -4,7 +4,6 @@
 
 import csv
 import io
-from typing import ClassVar
 
 from sosml_friction.export.common.target import ExportTarget, entries
 from sosml_friction.model.model_folder import RobotModelFile
@@ -13,9 +12,9 @@ from sosml_friction.model.model_folder import RobotModelFile
 class CsvTarget(ExportTarget):
     """Write a row for each parameter: joint, term, parameter, value, standard error, unit."""
 
-    identifier: ClassVar[str] = 'csv'
-    file: ClassVar[str] = 'model.csv'
-    holds_all: ClassVar[bool] = True
+    identifier = 'csv'
+    file = 'model.csv'
+    holds_all = True
 
     def text(self, model: RobotModelFile) -> str:
         """Return the table, its head first; what is not known is empty."""

@@ -44,8 +44,6 @@ def with_simulator(found: BagDiagnosis, mjcf: Path) -> BagDiagnosis:
 
     On its ``holdout``, or on what was diagnosed where there is none. Effort is that of inverse
     dynamics with friction, along the smoothed motion; position is simulated forward.
-
-    :param mjcf: the file that was put to the test.
     """
     diagnosis, nominal, holdout = found.diagnosis, found.nominal, found.holdout
     laboratory = diagnosis.laboratory

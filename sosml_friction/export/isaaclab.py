@@ -4,7 +4,6 @@
 
 import math
 import re
-from typing import ClassVar
 
 from sosml_friction.export.common.target import ExportTarget
 from sosml_friction.model.model_folder import RobotModelFile
@@ -19,9 +18,9 @@ class IsaacLabTarget(ExportTarget):
     ``damping`` are gains of the drive and no friction: None leaves those of the asset.
     """
 
-    identifier: ClassVar[str] = 'isaaclab'
-    file: ClassVar[str] = 'actuators.py'
-    holds_armature: ClassVar[bool] = True
+    identifier = 'isaaclab'
+    file = 'actuators.py'
+    holds_armature = True
 
     def text(self, model: RobotModelFile) -> str:
         """Return the file; intervals and losses are comments at its head."""

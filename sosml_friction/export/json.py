@@ -3,7 +3,6 @@
 """The whole model as JSON, for a program of one's own."""
 
 import json
-from typing import ClassVar
 
 import yaml
 
@@ -14,9 +13,9 @@ from sosml_friction.model.model_folder import RobotModelFile
 class JsonTarget(ExportTarget):
     """Write what ``model.yaml`` has, its URDF as text, as one JSON object."""
 
-    identifier: ClassVar[str] = 'json'
-    file: ClassVar[str] = 'model.json'
-    holds_all: ClassVar[bool] = True
+    identifier = 'json'
+    file = 'model.json'
+    holds_all = True
 
     def text(self, model: RobotModelFile) -> str:
         """Return the object; what is not known is null."""

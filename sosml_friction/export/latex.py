@@ -3,7 +3,6 @@
 """A table of every parameter, for a paper."""
 
 import math
-from typing import ClassVar
 
 from sosml_friction.export.common.target import ExportTarget, entries
 from sosml_friction.model.model_folder import RobotModelFile
@@ -12,9 +11,9 @@ from sosml_friction.model.model_folder import RobotModelFile
 class LatexTarget(ExportTarget):
     """Write a ``tabular`` with value, standard error and unit of each parameter."""
 
-    identifier: ClassVar[str] = 'latex'
-    file: ClassVar[str] = 'model.tex'
-    holds_all: ClassVar[bool] = True
+    identifier = 'latex'
+    file = 'model.tex'
+    holds_all = True
 
     def text(self, model: RobotModelFile) -> str:
         """Return the environment; it needs no package."""

@@ -3,7 +3,6 @@
 """MJCF, MuJoCo's form: joints that hold, ripple, and the model for ``sosml_friction.mujoco``."""
 
 from pathlib import Path
-from typing import ClassVar
 
 from sosml_friction.export.common.motion import KnownMotion
 from sosml_friction.export.common.target import NO_MOTION, ExportTarget
@@ -22,10 +21,10 @@ class MjcfTarget(ExportTarget):
         its are written, too; None: those of ``base`` stay.
     """
 
-    identifier: ClassVar[str] = 'mjcf'
-    file: ClassVar[str] = 'robot.xml'
-    holds_armature: ClassVar[bool] = True
-    takes_base: ClassVar[bool] = True
+    identifier = 'mjcf'
+    file = 'robot.xml'
+    holds_armature = True
+    takes_base = True
 
     def __init__(
         self,

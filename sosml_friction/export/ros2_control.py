@@ -3,7 +3,6 @@
 """URDF with ``<ros2_control>``: every number of a joint as a parameter of its hardware."""
 
 import xml.etree.ElementTree as ElementTree
-from typing import ClassVar
 
 from sosml_friction.export.common.target import ExportTarget, entries
 from sosml_friction.export.urdf import UrdfTarget
@@ -19,9 +18,9 @@ class Ros2ControlTarget(UrdfTarget):
     the joint, ``TERM.PARAMETER``, and its ``armature``.
     """
 
-    identifier: ClassVar[str] = 'ros2-control'
-    file: ClassVar[str] = 'robot_ros2_control.urdf'
-    _plugin: ClassVar[str] = 'mock_components/GenericSystem'
+    identifier = 'ros2-control'
+    file = 'robot_ros2_control.urdf'
+    _plugin = 'mock_components/GenericSystem'
 
     def _document(self, model: RobotModelFile) -> ElementTree.Element:
         root = super()._document(model)

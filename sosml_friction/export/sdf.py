@@ -3,7 +3,6 @@
 """SDF, Gazebo's form: ``<axis><dynamics>`` of each joint."""
 
 import xml.etree.ElementTree as ElementTree
-from typing import ClassVar
 
 from sosml_friction.export.common.holding import joint_terms
 from sosml_friction.export.common.target import ExportTarget
@@ -23,8 +22,8 @@ class SdfTarget(ExportTarget):
     place in SDF.
     """
 
-    identifier: ClassVar[str] = 'sdf'
-    file: ClassVar[str] = 'joints.sdf'
+    identifier = 'sdf'
+    file = 'joints.sdf'
 
     def text(self, model: RobotModelFile) -> str:
         """Return the document; intervals and losses are in a comment at its head."""

@@ -3,7 +3,6 @@
 """URDF with ``<dynamics>``: Coulomb and viscous friction of each joint."""
 
 import xml.etree.ElementTree as ElementTree
-from typing import ClassVar
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.export.common.target import ExportTarget
@@ -17,8 +16,8 @@ _ATTRIBUTES = {'coulomb': 'friction', 'viscous': 'damping'}
 class UrdfTarget(ExportTarget):
     """Write the model's URDF with friction and damping; the armature has no place in it."""
 
-    identifier: ClassVar[str] = 'urdf'
-    file: ClassVar[str] = 'robot.urdf'
+    identifier = 'urdf'
+    file = 'robot.urdf'
 
     def text(self, model: RobotModelFile) -> str:
         """Return the document; intervals and losses are in a comment at its head."""

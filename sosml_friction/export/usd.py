@@ -4,7 +4,6 @@
 
 import math
 import re
-from typing import ClassVar
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.export.common.target import ExportTarget
@@ -20,16 +19,12 @@ class UsdTarget(ExportTarget):
     Isaac Sim's URDF importer has them; links, frames and drives are left to the stage.
     """
 
-    identifier: ClassVar[str] = 'usd'
-    file: ClassVar[str] = 'joints.usda'
-    holds_armature: ClassVar[bool] = True
+    identifier = 'usd'
+    file = 'joints.usda'
+    holds_armature = True
 
     def text(self, model: RobotModelFile) -> str:
-        """
-        Return the layer; intervals and losses are comments at its head.
-
-        :raises ConfigurationError: if two joints have one name in USD.
-        """
+        """Return the layer; intervals and losses are comments at its head."""
         robot = _identifier(model.name)
         stage = f'defaultPrim = "{robot}"\n    kilogramsPerUnit = 1\n    metersPerUnit = 1'
         lines = [f'#usda 1.0\n(\n    {stage}\n)', *(f'# {note}' for note in self.notes(model))]

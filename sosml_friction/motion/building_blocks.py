@@ -16,12 +16,17 @@ from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_loads import limit_uses, trajectory_loads
 
 
-class TrajectoryBuilder:
-    """
-    String together pieces of motion of n joints, with knots every ``dt`` where they bend.
+def quintic(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return 10 u^3 - 15 u^4 + 6 u^5, from 0 to 1 over 0 <= u <= 1, and its two derivatives."""
+    return (
+        u**3 * (10.0 + u * (6.0 * u - 15.0)),
+        30.0 * u**2 * (1.0 - u) ** 2,
+        60.0 * u * (1.0 - u) * (1.0 - 2.0 * u),
+    )
 
-    :param q: where the motion begins, at rest (n,) [rad or m].
-    """
+
+class TrajectoryBuilder:
+    """String together pieces of motion of n joints, with knots every ``dt`` where they bend."""
 
     def __init__(self, names: tuple[str, ...], q: FloatArray, dt: float = 0.02) -> None:
         self.names = names
@@ -48,7 +53,7 @@ class TrajectoryBuilder:
         15/8 of the mean one. The way covered is the mean velocity times ``duration``.
         """
         u = self._grid(duration) / duration
-        shape = (u**3 * (10.0 + u * (6.0 * u - 15.0)))[:, None]
+        shape = quintic(u)[0][:, None]
         way = (u**4 * (2.5 + u * (u - 3.0)))[:, None]
         change = v - self.v
         q = self.q + duration * (self.v * u[:, None] + change * way)
@@ -70,16 +75,13 @@ class TrajectoryBuilder:
 
         :param top_speed: no joint is faster, one for all or (n,) [rad/s or m/s]; the speed
             peaks at 15/8 of the mean.
-        :param shortest: least duration [s].
-        :raises TrajectoryError: if the motion is not at rest now.
         """
         self._require_rest('a move')
         way = np.asarray(q, dtype=float) - self.q
         duration = max(shortest, 15.0 / 8.0 * float(np.max(np.abs(way) / top_speed)))
         u = self._grid(duration) / duration
-        shape = (u**3 * (10.0 + u * (6.0 * u - 15.0)))[:, None]
-        rate = (30.0 * u**2 * (1.0 - u) ** 2)[:, None] / duration
-        return self._append(u * duration, self.q + way * shape, way * rate)
+        shape, rate, _ = quintic(u[:, None])
+        return self._append(u * duration, self.q + way * shape, way * (rate / duration))
 
     def there_and_back(
         self,
@@ -133,7 +135,6 @@ class TrajectoryBuilder:
 
         :param shape: from times (k,) [s] to displacement and velocity, each (k, n); both are zero
             at 0 and at ``duration``.
-        :raises TrajectoryError: if the motion is not at rest now.
         """
         self._require_rest('a wave')
         t = self._grid(duration)
@@ -174,7 +175,6 @@ def begin_motion(
     """
     Return the motion at its start, the centre (n,) and the scale (n,) of each joint.
 
-    :param what: the trajectory, for the error sentence.
     :param start: present position of each joint, at rest [rad or m]; its order is kept.
     :param scale: one for all joints or one for each; a joint with 0 stays at its centre.
     :raises TrajectoryError: if joints differ or the scale is none.
@@ -196,11 +196,7 @@ def begin_motion(
 
 
 def per_joint(what: str, values: Sequence[float], n: int) -> FloatArray:
-    """
-    Return ``values`` for each of n joints, where one value stands for all.
-
-    :raises TrajectoryError: if there are neither one nor n.
-    """
+    """Return ``values`` for each of n joints, where one value stands for all."""
     if len(values) not in (1, n):
         raise TrajectoryError(
             f'{what} has {len(values)} values for {n} joints: give one for all or one for each'
@@ -257,9 +253,8 @@ def fade(t: FloatArray, duration: float, ramp_s: float) -> Signal:
     down = np.clip((duration - t) / ramp_s, 0.0, 1.0)[:, None]
     x = rate = curvature = np.zeros_like(up)
     for u, sign in ((up, 1.0), (down, -1.0)):
-        x = x + u**3 * (10.0 + u * (6.0 * u - 15.0))
-        rate = rate + sign * 30.0 * u**2 * (1.0 - u) ** 2 / ramp_s
-        curvature = curvature + 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / ramp_s**2
+        shape, slope, bend = quintic(u)
+        x, rate, curvature = x + shape, rate + sign * slope / ramp_s, curvature + bend / ramp_s**2
     return Signal(x - 1.0, rate, curvature)
 
 

@@ -13,7 +13,6 @@ def node_parameters(path: Path, node: str, what: str = 'parameter file') -> dict
     """
     Return the parameters of ``node``, flat, those for any node included; none if it is not there.
 
-    :param what: what the file is, for the error sentence.
     :raises ConfigurationError: if the file cannot be read or holds something else.
     """
     document = read_yaml(path, what)

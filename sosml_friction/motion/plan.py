@@ -113,8 +113,6 @@ def plan_trajectory(
     joint is by default the middle of its range.
 
     :param model: model folder; None: the exoskeleton.
-    :param urdf: URDF file in place of the model's.
-    :param stated: entries ``KEY=VALUE``.
     :raises ConfigurationError: if a file cannot be used.
     :raises TrajectoryError: if an option is unknown or its value cannot be used.
     """

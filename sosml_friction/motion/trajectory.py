@@ -136,7 +136,6 @@ def prepare_trajectory(
     """
     Check a trajectory as a whole; return it in the order of ``names`` and starting at time 0.
 
-    :param names: the driver's joints.
     :param limits: position and velocity limits of each; extremes between points count too.
     :param position: where the joints are (n,) [rad or m].
     :param tolerance: how far from there the trajectory may start, per joint (n,) [rad or m].

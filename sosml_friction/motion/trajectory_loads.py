@@ -55,11 +55,7 @@ class LimitUse:
 
 
 def trajectory_loads(trajectory: Trajectory, robot: Robot, step: float = 0.01) -> TrajectoryLoads:
-    """
-    Sample a trajectory every ``step`` [s], its last instant included.
-
-    :raises TrajectoryError: if it lacks a joint of the robot.
-    """
+    """Sample a trajectory every ``step`` [s], its last instant included."""
     missing = [name for name in robot.names if name not in trajectory.names]
     if missing:
         raise TrajectoryError(

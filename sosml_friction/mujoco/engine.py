@@ -9,11 +9,7 @@ from sosml_friction.exceptions import ConfigurationError
 
 
 def engine() -> Any:
-    """
-    Return the module ``mujoco``.
-
-    :raises ConfigurationError: if it is not installed.
-    """
+    """Return the module ``mujoco``."""
     try:
         import mujoco
     except ImportError as error:

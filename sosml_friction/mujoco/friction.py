@@ -24,11 +24,7 @@ import yaml
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import KnownTerm, known_terms, read_term
-from sosml_friction.model.model_folder import (
-    RobotModelFile,
-    parse_model,
-    read_model,
-)
+from sosml_friction.model.model_folder import RobotModelFile, parse_model, read_model
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm, SimulatedReport
 from sosml_friction.model.terms.kinds.motion import Motion

@@ -79,17 +79,18 @@ def model_of(m: Any, name: str) -> RobotModelFile:
     """Return the model of an MjModel; errors as of :func:`read_mjcf`."""
     _refuse(m)
     robot = ElementTree.Element('robot', {'name': name})
-    _link(robot, 'world')
+    ElementTree.SubElement(robot, 'link', {'name': 'world'})
     frames = {0: ('world', upright(m))}
     remarks = []
     for body in range(1, m.nbody):
         parent, frame = frames[int(m.body_parentid[body])]
-        label = _body_name(m, body)
-        frame = frame.then(m.body_pos[body], _matrix(m.body_quat[body]))
+        # Its link: "world" alone is taken by the root.
+        label = f'body {m.body(body).name or body}'
+        frame = frame.then(m.body_pos[body], matrix(m.body_quat[body]))
         own = list(_joints(m, body))
         if len(own) < int(m.body_jntnum[body]):
             remarks.append(
-                f'body {m.body(body).name or body} has a joint that is free, a ball or without a '
+                f'{label} has a joint that is free, a ball or without a '
                 'name: it is held where the MJCF has it'
             )
         for k, (j, joint) in enumerate(own):
@@ -100,15 +101,13 @@ def model_of(m: Any, name: str) -> RobotModelFile:
                 turn = Rotation.from_rotvec(-m.qpos0[m.jnt_qposadr[j]] * m.jnt_axis[j]).as_matrix()
             else:
                 shift = shift - m.qpos0[m.jnt_qposadr[j]] * m.jnt_axis[j]
-            _joint(robot, m, j, parent, child, frame.then(shift, turn))
-            _link(robot, child)
+            link = _joint(robot, m, j, parent, child, frame.then(shift, turn))
             # The link's frame is the body's but for the joint's place in it.
             parent, frame = child, Frame(-m.jnt_pos[j], np.eye(3))
         if not own:
-            _fixed(robot, parent, label, frame)
-            _link(robot, label)
+            _, link = _link(robot, f'{label} fixed', 'fixed', parent, label, frame)
             parent, frame = label, Frame(np.zeros(3), np.eye(3))
-        _inertial(_find(robot, parent), m, body, frame)
+        _inertial(link, m, body, frame)
         frames[body] = (parent, frame)
     joints = {joint: _joint_model(m, j) for b in range(1, m.nbody) for j, joint in _joints(m, b)}
     if not joints:
@@ -156,11 +155,6 @@ def upright(m: Any) -> Frame:
     return Frame(np.zeros(3), np.eye(3) if straight else turn.as_matrix())
 
 
-def _body_name(m: Any, body: int) -> str:
-    # World is taken by the root.
-    return f'body {m.body(body).name or body}'
-
-
 def _joints(m: Any, body: int) -> Iterator[tuple[int, str]]:
     """Yield number and name of the hinges and slides of a body."""
     slide = int(engine().mjtJoint.mjJNT_SLIDE)
@@ -174,48 +168,36 @@ def _turns(m: Any, j: int) -> bool:
     return int(m.jnt_type[j]) == int(engine().mjtJoint.mjJNT_HINGE)
 
 
-def _matrix(quaternion: FloatArray) -> FloatArray:
+def matrix(quaternion: FloatArray) -> FloatArray:
+    """Return the rotation (3, 3) of a quaternion as MuJoCo has it, w first."""
     w, x, y, z = quaternion
     return np.asarray(Rotation.from_quat([x, y, z, w]).as_matrix())
 
 
-def _link(robot: ElementTree.Element, name: str) -> None:
-    ElementTree.SubElement(robot, 'link', {'name': name})
-
-
-def _find(robot: ElementTree.Element, link: str) -> ElementTree.Element:
-    return next(x for x in robot.iter('link') if x.get('name') == link)
-
-
-def _origin(element: ElementTree.Element, frame: Frame) -> None:
+def _link(
+    robot: ElementTree.Element, name: str, kind: str, parent: str, child: str, frame: Frame
+) -> tuple[ElementTree.Element, ElementTree.Element]:
+    """Add a joint of that name and kind and the link at its end, and return both."""
+    joint = ElementTree.SubElement(robot, 'joint', {'name': name, 'type': kind})
+    ElementTree.SubElement(joint, 'parent', {'link': parent})
+    ElementTree.SubElement(joint, 'child', {'link': child})
     with warnings.catch_warnings():
         # Where two angles turn about one axis, any pair of the right sum is right.
         warnings.simplefilter('ignore', UserWarning)
         angles = Rotation.from_matrix(frame.turn).as_euler('xyz')
-    ElementTree.SubElement(
-        element, 'origin', {'xyz': number_list(frame.at), 'rpy': number_list(angles)}
-    )
-
-
-def _fixed(robot: ElementTree.Element, parent: str, child: str, frame: Frame) -> None:
-    joint = ElementTree.SubElement(robot, 'joint', {'name': f'{child} fixed', 'type': 'fixed'})
-    _ends(joint, parent, child, frame)
-
-
-def _ends(joint: ElementTree.Element, parent: str, child: str, frame: Frame) -> None:
-    ElementTree.SubElement(joint, 'parent', {'link': parent})
-    ElementTree.SubElement(joint, 'child', {'link': child})
-    _origin(joint, frame)
+    place = {'xyz': number_list(frame.at), 'rpy': number_list(angles)}
+    ElementTree.SubElement(joint, 'origin', place)
+    return joint, ElementTree.SubElement(robot, 'link', {'name': child})
 
 
 def _joint(
     robot: ElementTree.Element, m: Any, j: int, parent: str, child: str, frame: Frame
-) -> None:
+) -> ElementTree.Element:
+    """Add a hinge or slide and its link, and return the link."""
     turns = _turns(m, j)
     limited = bool(m.jnt_limited[j])
     kind = 'revolute' if limited and turns else 'continuous' if turns else 'prismatic'
-    joint = ElementTree.SubElement(robot, 'joint', {'name': m.joint(j).name, 'type': kind})
-    _ends(joint, parent, child, frame)
+    joint, link = _link(robot, m.joint(j).name, kind, parent, child, frame)
     ElementTree.SubElement(joint, 'axis', {'xyz': number_list(m.jnt_axis[j])})
     if limited:
         low, high = m.jnt_range[j]
@@ -225,11 +207,9 @@ def _joint(
     follow = _leader(m, j)
     if follow is not None:
         leader, offset, multiplier = follow
-        ElementTree.SubElement(
-            joint,
-            'mimic',
-            {'joint': leader, 'multiplier': repr(multiplier), 'offset': repr(offset)},
-        )
+        line = {'joint': leader, 'multiplier': repr(multiplier), 'offset': repr(offset)}
+        ElementTree.SubElement(joint, 'mimic', line)
+    return link
 
 
 def _equalities(m: Any) -> Iterator[int]:
@@ -252,21 +232,19 @@ def _leader(m: Any, j: int) -> tuple[str, float, float] | None:
 def _couplings(m: Any) -> list[str]:
     """Return a sentence where the MJCF ties the robot together in a way that no model has."""
     lines = sum(_leader(m, int(m.eq_obj1id[k])) is not None for k in _equalities(m))
-    other = int(m.neq) - lines
-    found = []
-    if other or m.ntendon:
-        found.append(
-            'equality constraints and tendons of the MJCF are not in the model, but for joints '
-            'that follow another by a line: what they carry is part of what is not explained'
-        )
-    return found
+    if int(m.neq) == lines and not m.ntendon:
+        return []
+    return [
+        'equality constraints and tendons of the MJCF are not in the model, but for joints '
+        'that follow another by a line: what they carry is part of what is not explained'
+    ]
 
 
 def _inertial(link: ElementTree.Element, m: Any, body: int, frame: Frame) -> None:
     mass = float(m.body_mass[body])
     if not mass > 0.0:
         return
-    own = frame.then(m.body_ipos[body], _matrix(m.body_iquat[body]))
+    own = frame.then(m.body_ipos[body], matrix(m.body_iquat[body]))
     tensor = own.turn @ np.diag(m.body_inertia[body]) @ own.turn.T
     link.append(inertial_element(mass, own.at, tensor))
 

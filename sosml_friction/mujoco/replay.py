@@ -72,14 +72,9 @@ class Replay:
             # The rows of the friction constraint have the level of this sample.
             mujoco.mj_inverse(m, d)
             result[k] = d.qfrc_inverse[self._dof] - applied
-        return self._late(self.reported(result), time)
-
-    def reported(self, torque: FloatArray) -> FloatArray:
-        """Return what the actuators report of torques (N, n), at once."""
-        return torque if self.friction is None else self.friction.reports(torque)
-
-    def _late(self, reported: FloatArray, time: FloatArray) -> FloatArray:
-        delay = 0.0 if self.friction is None else self.friction.delay
+        if self.friction is None:
+            return result
+        reported, delay = self.friction.reports(result), self.friction.delay
         if delay == 0.0:
             return reported
         return np.column_stack([np.interp(time - delay, time, x) for x in reported.T])

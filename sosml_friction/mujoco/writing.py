@@ -19,13 +19,14 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.consistent_inertias import body_numbers, pseudo_inertia
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.urdf_joints import read_joints
-from sosml_friction.mujoco.engine import compiled, engine, joint_id, spec_of
+from sosml_friction.mujoco.engine import compiled, joint_id, spec_of
 from sosml_friction.mujoco.friction import RIPPLE, TEXT, embedded
-from sosml_friction.mujoco.reading import upright
+from sosml_friction.mujoco.reading import matrix, upright
 from sosml_friction.text_file import read_text
 from sosml_friction.xml_text import commented, number_list, parse_xml
 
@@ -53,7 +54,6 @@ def write_mjcf(
     Return an MJCF with the friction of a model.
 
     :param constants: by joint, ``coulomb`` and ``viscous`` for a simulation without the module.
-    :param notes: lines of the comment at its head.
     :param base: MJCF whose joints get it; None: that of the model's URDF, or a snippet to be
         included where it has none.
     :param bodies: the model that ``base`` was read as, where bodies and gravity that differ from
@@ -113,12 +113,11 @@ def _attributes(
 ) -> dict[str, str]:
     armature = model.joints[name].armature.value
     level = max(constants['coulomb'], _LEAST)
-    found = {'damping': repr(constants['viscous']), 'frictionloss': repr(level)}
-    found['solreffriction'] = f'{2.0 * step!r} 1'
-    found['solimpfriction'] = _IMPEDANCE
-    if math.isfinite(armature):
-        found['armature'] = repr(float(armature))
-    return found
+    found = {
+        'damping': repr(constants['viscous']), 'frictionloss': repr(level),
+        'solreffriction': f'{2.0 * step!r} 1', 'solimpfriction': _IMPEDANCE,
+    }  # fmt: skip
+    return found | ({'armature': repr(float(armature))} if math.isfinite(armature) else {})
 
 
 def _in_degrees(root: Element) -> bool:
@@ -148,18 +147,11 @@ def _ripples(model: RobotModelFile) -> Iterator[Element]:
         cosine, sine = map(float, known.amplitude)
         # What the actuator spends, A cos w q + B sin w q, acts on the joint with the other sign.
         size, phase = math.hypot(cosine, sine), math.atan2(-cosine, -sine)
-        ripple = f'{size!r} {known.inner["frequency"]!r} {phase!r}'
         yield Element(
-            'dcmotor',
-            {
-                'name': f'{RIPPLE}{name} {k}',
-                'joint': name,
-                'input': 'none',
-                'motorconst': _NO_MOTOR,
-                'resistance': '1',
-                'cogging': ripple,
-            },
-        )
+            'dcmotor', name=f'{RIPPLE}{name} {k}', joint=name, input='none',
+            motorconst=_NO_MOTOR, resistance='1',
+            cogging=f'{size!r} {known.inner["frequency"]!r} {phase!r}',
+        )  # fmt: skip
 
 
 def _snippet(model: RobotModelFile, constants: Mapping[str, Mapping[str, float]]) -> Element:
@@ -168,8 +160,7 @@ def _snippet(model: RobotModelFile, constants: Mapping[str, Mapping[str, float]]
     classes = ElementTree.SubElement(default, 'default', {'class': 'sosml'})
     for name in model.joints:
         own = ElementTree.SubElement(classes, 'default', {'class': name})
-        stated = _attributes(model, name, constants[name], _STEP)
-        ElementTree.SubElement(own, 'joint', stated)
+        ElementTree.SubElement(own, 'joint', _attributes(model, name, constants[name], _STEP))
     actuator = Element('actuator')
     actuator.extend(_ripples(model))
     if len(actuator):
@@ -225,9 +216,13 @@ def _embed(custom: Element, model: RobotModelFile) -> None:
     ElementTree.SubElement(custom, 'text', {'name': TEXT, 'data': embedded(model)})
 
 
-def _section(root: Element, tag: str) -> Element:
+def _section(root: Element, tag: str, first: bool = False) -> Element:
+    """Return a child of the root, a new one at its beginning or its end where there is none."""
     found = root.find(tag)
-    return ElementTree.SubElement(root, tag) if found is None else found
+    if found is None:
+        found = Element(tag)
+        root.insert(0 if first else len(root), found)
+    return found
 
 
 def _absolute(root: Element, folder: Path) -> None:
@@ -236,10 +231,7 @@ def _absolute(root: Element, folder: Path) -> None:
         include.set('file', str(folder / str(include.get('file'))))
     if root.find('.//*[@file]') is None and root.find('.//*[@fileright]') is None:
         return
-    compiler = root.find('compiler')
-    if compiler is None:
-        compiler = Element('compiler')
-        root.insert(0, compiler)
+    compiler = _section(root, 'compiler', first=True)
     stated = compiler.get('assetdir', '')
     for name in _FOLDERS[1:]:
         compiler.set(name, str(folder / compiler.get(name, stated)))
@@ -260,7 +252,8 @@ def _write_bodies(root: Element, m: Any, before: Robot, after: Robot) -> None:
         changed = True
         for inertial in body.findall('inertial'):
             body.remove(inertial)
-        body.append(_inertial(_body(m, j) + _moved(new[i] - own[i], m.jnt_pos[j])))
+        change = pseudo_inertia(new[i] - own[i])
+        body.append(_inertial(_body(m, j) + _moved(change, np.eye(3), m.jnt_pos[j])))
     compiler = root.find('compiler')
     if changed and compiler is not None and compiler.get('inertiafromgeom') == 'true':
         compiler.set('inertiafromgeom', 'auto')
@@ -269,55 +262,31 @@ def _write_bodies(root: Element, m: Any, before: Robot, after: Robot) -> None:
         # The model's base is upright, wherever gravity of the MJCF points.
         stand = upright(m).turn
         gravity = stand.T @ turned.T @ stand @ np.asarray(m.opt.gravity)
-        option = root.find('option')
-        if option is None:
-            option = Element('option')
-            root.insert(0, option)
-        option.set('gravity', number_list(gravity))
+        _section(root, 'option', first=True).set('gravity', number_list(gravity))
 
 
-def _moved(numbers: FloatArray, by: FloatArray) -> FloatArray:
-    """Return ten numbers (m, m c, I about the origin) of a body about another origin, -by."""
-    m, first = numbers[0], numbers[1:4]
-    tensor = _tensor(numbers)
-    total = first + m * by
-    # I of the parallel axes, with the first moment of either side.
-    cross = np.outer(first, by) + np.outer(by, first) + m * np.outer(by, by)
-    tensor = tensor + np.trace(cross) * np.eye(3) - cross
-    return _ten(m, total, tensor)
+def _moved(body: FloatArray, turn: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the pseudo-inertia (4, 4) of a body that is turned and then moved to ``at``."""
+    place = np.eye(4)
+    place[:3, :3], place[:3, 3] = turn, at
+    return np.asarray(place @ body @ place.T)
 
 
 def _body(m: Any, j: int) -> FloatArray:
-    """Return the ten numbers of the body of a joint in the body's frame."""
+    """Return the pseudo-inertia of the body of a joint in the body's frame."""
     body = int(m.jnt_bodyid[j])
-    flat = np.zeros(9)
-    engine().mju_quat2Mat(flat, m.body_iquat[body])
-    turn = flat.reshape(3, 3)
-    mass, centre = float(m.body_mass[body]), np.asarray(m.body_ipos[body])
-    tensor = turn @ np.diag(m.body_inertia[body]) @ turn.T
-    return _moved(_ten(mass, np.zeros(3), tensor), centre)
+    xx, yy, zz = m.body_inertia[body]
+    numbers = np.array([m.body_mass[body], 0.0, 0.0, 0.0, xx, 0.0, yy, 0.0, 0.0, zz])
+    return _moved(pseudo_inertia(numbers), matrix(m.body_iquat[body]), m.body_ipos[body])
 
 
-def _tensor(numbers: FloatArray) -> FloatArray:
-    xx, xy, yy, xz, yz, zz = numbers[4:]
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-def _ten(m: float, first: FloatArray, tensor: FloatArray) -> FloatArray:
-    moments = tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
-    return np.concatenate([[m], first, moments])
-
-
-def _inertial(numbers: FloatArray) -> Element:
-    mass = float(numbers[0])
-    centre = numbers[1:4] / mass
-    about = _tensor(_moved(numbers, -centre))
-    full = about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+def _inertial(body: FloatArray) -> Element:
+    mass = float(body[3, 3])
+    centre = body[:3, 3] / mass
+    full = body_numbers(_moved(body, np.eye(3), -centre))[[4, 6, 9, 5, 7, 8]]
     return Element(
-        'inertial',
-        {'pos': number_list(centre), 'mass': repr(mass),
-         'fullinertia': number_list(full)},
-    )  # fmt: skip
+        'inertial', pos=number_list(centre), mass=repr(mass), fullinertia=number_list(full)
+    )
 
 
 def _text(root: Element, notes: Sequence[str]) -> str:

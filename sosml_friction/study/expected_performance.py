@@ -52,10 +52,8 @@ def expected_performance(
     velocity has the lag of the slope of ``velocity_span`` positions, or, where that is 0, white
     noise of its own. The first half of the reversals are for the observers to learn from.
 
-    :param gains: of the observers to run, by identifier.
     :param inertia: M at the posture, (n, n).
     :param measured: all of it known, and every joint with a top speed.
-    :return: by identifier.
     """
     n, step, top_speed = len(measured.joints), measured.step, measured.top_speed
     friction_jump = measured.friction_jump

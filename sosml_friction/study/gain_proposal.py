@@ -41,11 +41,7 @@ class GainProposal:
 
 
 def parse_stated(name: str, entries: Sequence[str], joints: Sequence[str]) -> dict[str, float]:
-    """
-    Read ``JOINT=VALUE`` or ``VALUE`` for all joints.
-
-    :raises ConfigurationError: if an entry is neither, or names no joint of the robot.
-    """
+    """Read ``JOINT=VALUE`` or ``VALUE`` for all joints."""
     option = f'--{name.replace("_", "-")}'
     stated: dict[str, float] = {}
     for entry in entries:
@@ -68,11 +64,7 @@ def parse_stated(name: str, entries: Sequence[str], joints: Sequence[str]) -> di
 
 
 def parse_effort_hold(entries: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
-    """
-    Read ``JOINT=HOLD`` or ``HOLD`` for all joints.
-
-    :raises ConfigurationError: if an entry is neither, or names no joint of the robot.
-    """
+    """Read ``JOINT=HOLD`` or ``HOLD`` for all joints."""
     stated: dict[str, str] = {}
     for entry in entries:
         joint, _, hold = entry.rpartition('=')
@@ -95,9 +87,7 @@ def propose_gains(
     """
     Measure noise, friction and motion in a recording and make gains from them.
 
-    :param name: how to call the recording.
     :param stated: values by quantity (:data:`STATED`) and joint that replace measured ones.
-    :param observers: which to propose gains for; all if None.
     :param effort_hold: by joint, where in an interval its effort holds; others as in the bag.
     :raises ConfigurationError: if an observer is unknown.
     :raises DataError: if something was neither stated nor can be measured.

@@ -74,10 +74,6 @@ class MismatchedRobot(Robot):
         Return what an ideal observer with this model reports minus the true tau_f, (N, n).
 
         -(s - 1) (M q'' + C q') - d, where M q'' + C q' = tau - tau_f - g by the true arm.
-
-        :param q: position (N, n).
-        :param tau: actuator effort (N, n).
-        :param friction: true tau_f (N, n).
         """
         g = np.array([super(MismatchedRobot, self).gravity(x) for x in q])
         return -(self.inertia_scale - 1.0) * (tau - friction - g) - self.gravity_offset

@@ -57,7 +57,6 @@ def run_all(
     """
     Return the results in the order of the tasks, whichever process computed them.
 
-    :param done: called with the number of finished tasks after each.
     :raises DataError: if a process was ended from outside.
     """
     if pool is None:

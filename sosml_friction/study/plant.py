@@ -72,7 +72,6 @@ def simulate(
     Computed torque with PD, tau = M (a_r + 2 zeta wn (v_r - v) + wn^2 (q_r - q)) + C v + g, on the
     true state, held over 1 ms. The controller knows no friction: the PD part makes up for it.
 
-    :param duration: [s].
     :param plant_step: step of the integration [s], a whole fraction of 1 ms.
     :param laws: friction of the joints; :func:`study_laws` if None.
     :param disturbance: torque of something else on the joints (n,) [Nm] at a time and position,

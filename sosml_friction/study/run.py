@@ -154,12 +154,7 @@ def run_study(
     processes: int | None = None,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Study:
-    """
-    Run the study. The result does not depend on the number of processes.
-
-    :param processes: as many as there are cores if None.
-    :param progress: called with what is done and the share that is finished.
-    """
+    """Run the study. The result does not depend on the number of processes."""
     count = available_cores() if processes is None else processes
     with workers(count) as pool:
         progress('simulating the motions', 0.0)

@@ -26,7 +26,6 @@ class StudyVariant(NamedTuple):
         Return the gains at points of the unit cube.
 
         :param points: one per joint, (n, number of ranges).
-        :param position_noise: [rad].
         """
         found = self.space.gains(points, position_noise)
         return {name: found[name] for name in self.observer.gain_units}

@@ -29,8 +29,6 @@ class StudyTask:
 
     :param tuned_on: groups of observations; the sum over groups of the mean square error over a
         group is minimised, for each joint.
-    :param scored_on: observations by case.
-    :param evaluations: how many gain sets are tried.
     :param position_noise: what observers that ask for it are told [rad].
     :param swept_on: the case in which the Pareto front is made, if any.
     """

@@ -179,12 +179,12 @@ def test_a_bandwidth_that_cannot_be_is_refused(refused, slider_bag, bandwidth):
 def test_ctrl_c_ends_with_130_and_nothing_half_written(
     sosml, slider_bag, tmp_path, monkeypatch, stage
 ):
-    from sosml_friction.report.fit import fit_run, results
+    from sosml_friction.report.fit import outcome, results
 
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(fit_run if stage == 'analyse_bag' else results, stage, interrupt)
+    monkeypatch.setattr(outcome if stage == 'analyse_bag' else results, stage, interrupt)
     code, out, err = sosml('fit', slider_bag, *KNOWN_MASS)
     assert (code, out, err.strip()) == (130, '', 'sosml: interrupted')
     assert list(tmp_path.iterdir()) == []

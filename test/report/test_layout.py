@@ -21,11 +21,10 @@ from sosml_friction.identification.term_residual import along_axis
 from sosml_friction.report.common import figure
 from sosml_friction.report.common.figure import figures_of
 from sosml_friction.report.diagnosis.html import render_diagnosis
-from sosml_friction.report.fit.consolidation_view import BagsJoint, model_entry
+from sosml_friction.report.fit.consolidation_view import bags_joints
 from sosml_friction.report.fit.html import render_bags_report
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.simulation.document import render_simulation
-from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
+from sosml_friction.report.simulation.document import SimulatedJoint, render_simulation
 from sosml_friction.report.study.results import render_study
 from sosml_friction.report.terms.document import render_terms
 
@@ -113,11 +112,10 @@ def pages(fit_page, bags, truth, diagnosis, tiny_study, simulated, fitted_terms)
 @pytest.fixture(scope='module')
 def drawings(analysis, truth, bags, diagnosis, tiny_study, simulated, fitted_terms):
     """Return every figure of every report by its name."""
-    entry = model_entry(bags.consolidation, 'shoulder')
     view = joint_views(analysis, truth)[0]
     views = {
         'fit': [view, replace(view, truth=None)],
-        'bags': [BagsJoint(bags.consolidation, entry, {b: x.fit for b, x in bags.bags.items()})],
+        'bags': [bags_joints(bags)['shoulder']],
         'diagnosis': [*joint_residuals(diagnosis), diagnosis],
         'study': [tiny_study],
         'simulation': [SimulatedJoint(simulated, 0)],

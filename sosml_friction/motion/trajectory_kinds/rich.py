@@ -52,11 +52,8 @@ def rich(
     amplitude decays (reversals at every speed) and a multisine (inertia and gravity). What changes
     with the posture alone is gravity.
 
-    The arguments are the options of :class:`Rich`.
-
     :param offset: not scaled, but a joint whose scale is 0 keeps its posture.
     :param settings: of the multisine; the second posture has the next seed.
-    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the rich trajectory', start, centre, scale)
     sines = settings or MultisineSettings()

@@ -28,11 +28,8 @@ def speed_ladder(
     between them is friction. Lasts about
     len(speeds) * 2 * (2 plateau_s + 4 ramp_s + 0.5) seconds.
 
-    The arguments are the options of :class:`SpeedLadder`.
-
     :param start: present position of each joint, at rest [rad or m]; its order is kept.
     :param centre: middle of the plateaus of each joint [rad or m].
-    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the ladder', start, centre, scale)
     top = move_speeds(top_speed, factor)

@@ -28,10 +28,7 @@ def symmetric_reversals(
     middle of the trajectory, v(T - t) = -v(t): what is even in velocity is drift or an offset, not
     friction.
 
-    The arguments are the options of :class:`SymmetricReversals`.
-
     :param plateau_s: with an encoder of 16 bit the evaluation needs 0.55 s of it.
-    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the train of reversals', start, centre, scale)
     top = move_speeds(top_speed, factor)

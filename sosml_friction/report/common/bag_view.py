@@ -11,11 +11,7 @@ from sosml_friction.report.common.table import FittingTable, terminal_table
 
 
 def information_blocks(information: Mapping[str, Any]) -> Iterator[str | RenderableType]:
-    """
-    Return what a bag holds: sentences, then a table of its topics.
-
-    :param information: of :func:`~sosml_friction.bags.bag_information.bag_information`.
-    """
+    """Return what a bag holds: sentences, then a table of its topics."""
     yield (
         f'{information["path"]}: {information["messages"]} messages over '
         f'{information["duration_s"]:.2f} s'
@@ -47,11 +43,7 @@ def information_blocks(information: Mapping[str, Any]) -> Iterator[str | Rendera
 
 
 def repair_blocks(document: Mapping[str, Any]) -> Iterator[str | RenderableType]:
-    """
-    Return what was wrong with a bag, what was saved and what is lost, and a table of its topics.
-
-    :param document: of :func:`~sosml_friction.bags.repair.repair_bag`.
-    """
+    """Return what was wrong with a bag, what was saved, what is lost, and its topics."""
     if document['output'] is None:
         yield f'{document["path"]} is whole: nothing is written'
         return

@@ -69,10 +69,11 @@ class Figure(ABC, Generic[View]):
     def draw(self, view: View) -> Drawing:
         """Return the figure; only where it :meth:`applies`."""
 
-    def html(self, view: View) -> str:
-        """Return the figure with its caption as HTML, a vector graphic inside."""
+    def html(self, view: View, drawn: Drawing | None = None) -> str:
+        """Return the figure with its caption as HTML; ``drawn`` where it was drawn already."""
         caption = self.caption_of(view)
-        return picture(to_svg(self.draw(view), caption, self.themed), caption, self.title)
+        svg = to_svg(drawn or self.draw(view), caption, self.themed)
+        return picture(svg, caption, self.title)
 
 
 def figures(report: str) -> list[Figure[Any]]:

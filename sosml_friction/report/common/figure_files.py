@@ -16,22 +16,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.report.common.csv_text import csv_text
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures_of
+from sosml_friction.report.common.output import csv_text, refused
 
 #: The folder of the figures, in that of the report.
 FOLDER = 'figures'
 _COLUMNS = ('panel', 'x_label', 'y_label', 'series', 'x', 'y', 'low', 'high')
 
 
-def _saved(kind: str) -> Callable[[Figure], bytes]:
-    def save(figure: Figure) -> bytes:
-        stream = BytesIO()
-        figure.savefig(stream, format=kind)
-        return stream.getvalue()
-
-    return save
+def _saved(figure: Figure, kind: str) -> bytes:
+    stream = BytesIO()
+    figure.savefig(stream, format=kind)
+    return stream.getvalue()
 
 
 def figure_csv(figure: Figure) -> str:
@@ -54,18 +51,14 @@ def figure_csv(figure: Figure) -> str:
 #: The forms of ``--figures``, and what makes each.
 FORMS: Mapping[str, Callable[[Figure], bytes]] = {
     'png': to_png,
-    'pdf': _saved('pdf'),
-    'svg': _saved('svg'),
+    'pdf': lambda figure: _saved(figure, 'pdf'),
+    'svg': lambda figure: _saved(figure, 'svg'),
     'csv': lambda figure: figure_csv(figure).encode(),
 }
 
 
 def check_forms(forms: Sequence[str]) -> tuple[str, ...]:
-    """
-    Return the forms of ``--figures``.
-
-    :raises ConfigurationError: if one is not known.
-    """
+    """Return the forms of ``--figures``."""
     for form in forms:
         if form not in FORMS:
             raise ConfigurationError(
@@ -81,7 +74,6 @@ def write_figures(
     Write each figure of a report as ``figures/<name>_<figure>.<form>``, in place of earlier ones.
 
     :param views: what is drawn, by the name that its files begin with.
-    :raises ConfigurationError: if the folder cannot be written.
     """
     try:
         if forms:
@@ -93,10 +85,7 @@ def write_figures(
                 for form in forms:
                     (folder / FOLDER / f'{stem}.{form}').write_bytes(FORMS[form](drawn))
     except OSError as error:
-        raise ConfigurationError(
-            f'{folder / FOLDER} cannot be written: {error.strerror}: choose another place with '
-            '--out'
-        ) from error
+        raise refused(folder / FOLDER, error) from error
 
 
 def _look(line: Line2D) -> tuple[str, str, str]:

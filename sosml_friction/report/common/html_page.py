@@ -79,7 +79,6 @@ def verdict(kind: str, label: str, sentences: Iterable[str] = (), body: str = ''
     A sentence that begins with a name and a colon has the name in bold.
 
     :param kind: ``good``, ``open``, ``found`` or ``bad``, which is its colour.
-    :param body: HTML in the place of sentences.
     """
     text = ''.join(f'<p>{_with_name(sentence)}</p>' for sentence in sentences)
     return (

@@ -3,6 +3,8 @@
 """What people call observers, parameters and methods, where a table or figure names them."""
 
 from collections.abc import Collection, Iterable
+from datetime import datetime, timezone
+from typing import Any
 
 from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.study.search import study_variants
@@ -37,6 +39,9 @@ _PAIRS = {
     'regression': '{} rows of position and effort, beside the rigid body',
     'output_error': '{} samples of a forward simulation',
 }
+#: What says an earlier year counts from some start, of a machine or of the recording: no robot of
+#: ROS is older. Chosen, no measurement.
+_FIRST_YEAR = 2000
 _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
 
 
@@ -82,3 +87,12 @@ def motion_units(effort_unit: str) -> tuple[str, str]:
     :param effort_unit: ``Nm`` for a revolute joint, ``N`` for a prismatic one.
     """
     return _UNITS[effort_unit]
+
+
+def recorded_at(stamp_ns: Any) -> datetime | None:
+    """Return a stamp [ns] as a date, None where it is none, or counts from some start."""
+    try:
+        found = datetime.fromtimestamp(1e-9 * int(stamp_ns), timezone.utc)
+    except (TypeError, ValueError, OverflowError, OSError):
+        return None
+    return None if found.year < _FIRST_YEAR else found

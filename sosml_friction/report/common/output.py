@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results as files: nothing foreign is overwritten, nothing is left half written."""
 
+import csv
 import json
 import os
 import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -60,11 +62,7 @@ def check_output_folder(
 
 
 def require_writable(folder: str | Path) -> None:
-    """
-    Make sure that ``folder`` can be written before anything is computed for it.
-
-    :raises ConfigurationError: if it cannot.
-    """
+    """Make sure that ``folder`` can be written before anything is computed for it."""
     workshop = _workshop(Path(folder), 'trial')
     shutil.rmtree(workshop, ignore_errors=True)
 
@@ -77,7 +75,7 @@ def _workshop(folder: Path, name: str) -> Path:
     try:
         return Path(tempfile.mkdtemp(prefix=f'.sosml_{name}_', dir=existing))
     except OSError as error:
-        raise _refused(folder, error) from error
+        raise refused(folder, error) from error
 
 
 def _holds(folder: Path, kind: OutputKind) -> bool:
@@ -109,7 +107,7 @@ def written_together(folder: Path, kind: OutputKind) -> Iterator[Path]:
                 else:
                     (folder / name).unlink(missing_ok=True)
     except OSError as error:
-        raise _refused(folder, error) from error
+        raise refused(folder, error) from error
     finally:
         shutil.rmtree(workshop, ignore_errors=True)
 
@@ -120,7 +118,8 @@ def write_result(workshop: Path, kind: OutputKind, document: Mapping[str, Any], 
     (workshop / kind.document).write_text(to_json(document) + '\n', encoding='utf-8')
 
 
-def _refused(folder: Path, error: OSError) -> ConfigurationError:
+def refused(folder: Path, error: OSError) -> ConfigurationError:
+    """Return the error of a folder that cannot be written."""
     return ConfigurationError(
         f'{folder} cannot be written: {error.strerror}: choose another place with --out'
     )
@@ -174,3 +173,12 @@ def write_file(path: Path, content: bytes) -> None:
     beside = path.with_name(f'.{path.name}.part')
     beside.write_bytes(content)
     beside.replace(path)
+
+
+def csv_text(head: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
+    """Return rows below their heading as CSV, its lines ended as Unix does."""
+    stream = StringIO()
+    writer = csv.writer(stream, lineterminator='\n')
+    writer.writerow(head)
+    writer.writerows(rows)
+    return stream.getvalue()

@@ -11,7 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sosml_friction.identification.number_text import NOT_IDENTIFIABLE_TEXT, range_text, value_text
-from sosml_friction.identification.parameter_interval import NON_NEGATIVE, allowed_range
+from sosml_friction.identification.parameter_interval import (
+    NON_NEGATIVE,
+    allowed_range,
+    half_width,
+)
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.drawing import (
     FONT,
@@ -60,8 +64,6 @@ def draw_parameters(
 
     What is not identifiable has no marker: the bare range that the data allow, an arrow where it
     is open, or the words where they allow everything.
-
-    :param rows: one or more, from top to bottom.
     """
     from matplotlib.ticker import FuncFormatter
 
@@ -70,16 +72,16 @@ def draw_parameters(
     panels: Sequence[Axes] = figure.subplots(1, len(symbols), sharey=True)
     for axes, (name, symbol) in zip(panels, symbols.items(), strict=True):
         known = None if truth is None else truth.get(name)
-        unit = next((r.parameters[name].unit for r in rows if name in r.parameters), '')
-        label_axes(axes, f'{symbol} [{unit}]', '')
-        axes.set_xlim(_limits(name, rows, known))
+        own = [row.parameters[name] for row in rows if name in row.parameters]
+        label_axes(axes, f'{symbol} [{own[0].unit if own else ""}]', '')
+        axes.set_xlim(_limits(name, own, known))
         for place, row in enumerate(rows):
             if row.is_model:
                 axes.axhspan(place - 0.5, place + 0.5, color=_MODEL_ROW, zorder=0.1, linewidth=0)
             _draw_parameter(axes, place, name, row)
         if known is not None:
             axes.axvline(known.value, color='black', linestyle='--', linewidth=1.2, zorder=1.8)
-        if any(_ends(name, row.parameters.get(name)) for row in rows) or known is not None:
+        if any(_ends(name, p) for p in own) or known is not None:
             axes.locator_params(axis='x', nbins=3 if len(symbols) <= 5 else 2)
             axes.xaxis.set_major_formatter(FuncFormatter(_tick))
         else:
@@ -164,43 +166,27 @@ def _words(axes: Axes, place: int, text: str) -> None:
               ha='center', va='center')  # fmt: skip
 
 
-def _ends(name: str, parameter: Parameter | None) -> list[float]:
+def _ends(name: str, parameter: Parameter) -> list[float]:
     """Return the finite ends of an interval or range, and the value where it is one."""
-    if parameter is None:
-        return []
     if NOT_IDENTIFIABLE in parameter.flags:
         return [x for x in allowed_range(name, parameter) or () if math.isfinite(x)]
     return [x for x in (parameter.value, *(parameter.interval or ())) if math.isfinite(x)]
 
 
-def _limits(
-    name: str, rows: Sequence[ParameterRow], known: Parameter | None
-) -> tuple[float, float]:
+def _limits(name: str, own: Sequence[Parameter], known: Parameter | None) -> tuple[float, float]:
     """Let ranges that the data hardly bound run out of the panel rather than flatten the rest."""
+    sure = [p for p in own if NOT_IDENTIFIABLE not in p.flags]
     numbers = [] if known is None else [known.value]
-    ends: list[float] = []
-    for row in rows:
-        parameter = row.parameters.get(name)
-        if parameter is None:
-            continue
-        if NOT_IDENTIFIABLE not in parameter.flags and math.isfinite(parameter.value):
-            numbers.append(parameter.value)
-        ends += _ends(name, parameter)
+    numbers += [p.value for p in sure if math.isfinite(p.value)]
+    ends = [x for p in own for x in _ends(name, p)]
     if not numbers and not ends:
         return 0.0, 1.0
     low, high = min([*numbers, *ends]), max([*numbers, *ends])
     if numbers:
-        sure = [
-            0.5 * (p.interval[1] - p.interval[0])
-            for row in rows
-            if (p := row.parameters.get(name)) is not None
-            and NOT_IDENTIFIABLE not in p.flags
-            and p.interval is not None
-            and np.isfinite(p.interval).all()
-        ]
+        halves = [half_width(p) for p in sure if p.interval and np.isfinite(p.interval).all()]
         middle = float(np.median(numbers))
         typical = float(np.median(np.abs(np.array(numbers) - middle)))
-        reach = _FARTHEST * max(typical, float(np.median(sure)) if sure else 0.0)
+        reach = _FARTHEST * max(typical, float(np.median(halves)) if halves else 0.0)
         reach = reach or max(numbers) - min(numbers) or abs(middle) or 1.0
         low, high = max(low, middle - reach), min(high, middle + reach)
     elif name in NON_NEGATIVE:

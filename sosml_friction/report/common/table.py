@@ -93,11 +93,7 @@ def _class(style: str) -> str:
 
 
 class FittingTable(Table):
-    """
-    Is a table that has its rows below one another where the terminal is too narrow for it.
-
-    So a number is never broken in its middle.
-    """
+    """Is a table that has its rows below one another where the terminal is too narrow for it."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """Render the table, or each of its rows as a list of heads and cells."""

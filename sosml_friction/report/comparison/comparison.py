@@ -72,11 +72,7 @@ class Pair(NamedTuple):
 
 
 def compare_models(first: RobotModelFile, second: RobotModelFile) -> list[Pair]:
-    """
-    Return every parameter of the joints that two models share.
-
-    :raises ConfigurationError: if they share no joint.
-    """
+    """Return every parameter of the joints that two models share."""
     joints = [name for name in first.joint_names if name in second.joints]
     if not joints:
         raise ConfigurationError(
@@ -113,10 +109,7 @@ def comparison_document(pairs: list[Pair], first: str, second: str) -> dict[str,
             'second': second,
             'parameters': [
                 {
-                    'joint': pair.joint,
-                    'name': pair.name,
-                    'first': pair.first,
-                    'second': pair.second,
+                    **pair._asdict(),
                     'difference': pair.difference,
                     'half_width': pair.half,
                     'verdict': pair.verdict,

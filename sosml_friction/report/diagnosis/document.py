@@ -15,17 +15,12 @@ from sosml_friction.diagnosis.wording import gain_line
 from sosml_friction.identification.number_text import words
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.plain_document import to_plain
-from sosml_friction.report.common.output import (
-    OutputKind,
-    write_result,
-    written_together,
-)
+from sosml_friction.report.common.output import OutputKind, write_result, written_together
 from sosml_friction.report.diagnosis.html import rejection, render_diagnosis
 
 FORMAT = 'sosml_friction/diagnosis/1'
-FILES = ('robot.urdf', 'robot.xml', 'model.yaml', 'report.html', 'diagnosis.json')
-PLUS_MINUS = '± is half of the 95 % interval.'
-KIND = OutputKind('diagnosis', 'diagnosis.json', FORMAT, FILES)
+_FILES = ('robot.urdf', 'robot.xml', 'model.yaml', 'report.html', 'diagnosis.json')
+KIND = OutputKind('diagnosis', 'diagnosis.json', FORMAT, _FILES)
 
 
 def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[str, Any]:
@@ -66,8 +61,6 @@ def write_diagnosis(
     Write diagnosis.json, report.html, and the extended model where a term is in it.
 
     Of a simulator's model always, in its own form as well.
-
-    :raises ConfigurationError: if the folder cannot be written.
     """
     with written_together(folder, KIND) as workshop:
         simulator = diagnosis.simulator
@@ -117,5 +110,5 @@ def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
         f'Data: {check.sentence}' for check in diagnosis.checks if check.severity != 'note'
     )
     if any('±' in line for line in lines):
-        lines.append(PLUS_MINUS)
+        lines.append('± is half of the 95 % interval.')
     return lines

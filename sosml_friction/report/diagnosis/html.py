@@ -43,11 +43,9 @@ _METHOD = (
     'if, on stretches of data left out of its fit, it removes more than it does of recordings '
     'simulated without it, if its size is physically possible, and if the forward simulation '
     'of data left out gets better. Percentages of the ranking are shares of the energy of the '
-    'whitened residual. ± is half of the 95 % interval.'
-)
-_FORWARD = (
-    'The position error is that of a simulation of data left out of the fit, driven by the '
-    'measured effort and restarted from the measured state every 0.3 s.'
+    'whitened residual. ± is half of the 95 % interval. The position error is that '
+    'of a simulation of data left out of the fit, driven by the measured effort '
+    'and restarted from the measured state every 0.3 s.'
 )
 
 
@@ -112,11 +110,7 @@ def _answer_html(told: list[list[str]]) -> str:
 
 
 def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None = None) -> str:
-    """
-    Return the report as one HTML document, pictures included.
-
-    :param provenance: the bags, the model and the time.
-    """
+    """Return the report as one HTML document, pictures included."""
     known = provenance or {}
     told = {
         'Recording': ', '.join(str(one['bag']) for one in known.get('bags', ())),
@@ -161,7 +155,7 @@ def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None 
             folded('Parameters of the nominal model', parameters(diagnosis)),
             folded('Negative controls', controls(diagnosis)),
             folded('What this motion can tell apart', pictures('diagnosis', diagnosis, METHOD)),
-            folded('Methods', paragraph(f'{method} {_FORWARD}')),
+            folded('Methods', paragraph(method)),
         ]
     parts.append(folded('More on the data', items(minor)))
     if laboratory is None:

@@ -54,47 +54,49 @@ class BagsJoint(NamedTuple):
         """Return the short name of the observer of the model."""
         return observer_label(self.entry.observer)
 
+    @property
+    def known(self) -> Mapping[str, Parameter]:
+        """Return the parameters of the truth, empty where it is not known."""
+        return {} if self.truth is None else self.truth.parameters
 
-def model_entry(consolidation: Consolidation, joint: str) -> Consolidated | None:
-    """Return what became the model of a joint, None where there is nothing."""
-    observer = consolidation.model.get(joint)
-    return None if observer is None else consolidation.joints[joint][observer]
+
+def bags_joints(
+    analysis: BagsAnalysis, truth: RobotModelFile | None = None
+) -> dict[str, BagsJoint]:
+    """Return the joints of which there is a result, in the order of the model."""
+    told = analysis.consolidation
+    fits = {bag: one.fit for bag, one in analysis.bags.items()}
+    known = {} if truth is None else {n: joint.friction for n, joint in truth.joints.items()}
+    return {
+        joint: BagsJoint(told, told.joints[joint][observer], fits, known.get(joint))
+        for joint in analysis.model.joint_names
+        if (observer := told.model.get(joint)) is not None
+    }
 
 
 def bag_name(consolidation: Consolidation, bag: str) -> str:
     """Return a recording's label with its role, where it has one."""
-    role = consolidation.roles.get(bag)
-    return f'{bag} ({role.role})' if role is not None and role.role else bag
+    role = consolidation.roles[bag].role
+    return f'{bag} ({role})' if role else bag
 
 
-def consolidated_sentence(entry: Consolidated) -> str:
-    """Return the result of one joint in a sentence with its numbers."""
-    slowest = math.nan if entry.joint_fit is None else entry.joint_fit.slowest
-    text = law_sentence(entry.joint, entry.parameters, entry.law, slowest)
-    return (
-        f'{text} ({observer_label(entry.observer)}, {WAYS[entry.preferred]}, ± is half of the '
-        '95 % interval).'
-    )
-
-
-def consolidated_remarks(
-    entry: Consolidated, truth: FrictionParameters | None = None
-) -> list[str]:
+def consolidated_remarks(view: BagsJoint) -> list[str]:
     """Return what a reader should know before using the numbers, sentences with full stops."""
+    entry = view.entry
     remarks = [entry.reason] if entry.reason else []
     if entry.preferred == JOINT and entry.joint_fit is not None:
         remarks += law_remarks(entry.joint_fit)
-    missed = missed_truths(entry.parameters, {} if truth is None else truth.parameters)
+    missed = missed_truths(entry.parameters, view.known)
     if missed:
         remarks.append(f'The truth is outside the 95 % interval of {", ".join(missed)}.')
-    if entry.rule.reason:
-        remarks.append(f'{entry.rule.reason.rstrip(".")}.')
-    remarks += [f'{bag}: {why.rstrip(".")}.' for bag, why in entry.unavailable.items() if why]
+    reasons = {'': entry.rule.reason} | {f'{bag}: ': x for bag, x in entry.unavailable.items()}
+    remarks += [f'{whose}{why.rstrip(".")}.' for whose, why in reasons.items() if why]
     return [f'{entry.joint}: {remark}' for remark in remarks]
 
 
-def consolidated_rows(consolidation: Consolidation, entry: Consolidated) -> list[ParameterRow]:
+def consolidated_rows(view: BagsJoint) -> list[ParameterRow]:
     """Return the rows of a joint: each recording alone, the paper's rule, the joint fit."""
+    consolidation, entry = view.consolidation, view.entry
     rows = [
         ParameterRow(bag_name(consolidation, bag), entry.fits[bag].fit.parameters, bag_style(k))
         for k, bag in enumerate(consolidation.bags)
@@ -111,13 +113,11 @@ def consolidated_rows(consolidation: Consolidation, entry: Consolidated) -> list
     return rows
 
 
-def consolidated_table(
-    consolidation: Consolidation, entry: Consolidated, truth: FrictionParameters | None
-) -> str:
+def consolidated_table(view: BagsJoint) -> str:
     """Return a row per recording and way, a column per parameter with standard error, HTML."""
-    columns = {'from': 'w'} | {f'{s} [{_unit(entry, name)}]': 'n' for name, s in SYMBOLS.items()}
+    columns = {'from': 'w'} | {f'{s} [{_unit(view, name)}]': 'n' for name, s in SYMBOLS.items()}
     rows = []
-    for row in consolidated_rows(consolidation, entry):
+    for row in consolidated_rows(view):
         label = Markup(f'<strong>{escape(row.label)}</strong>') if row.is_model else row.label
         cells: list[str] = [label]
         for name in SYMBOLS:
@@ -126,18 +126,15 @@ def consolidated_table(
             error = UNKNOWN if p is None else error_text(p)
             cells.append(text if error == UNKNOWN else f'{text} ({error})')
         rows.append(cells)
-    if truth is not None:
-        rows.append(['truth', *(truth_text(truth.parameters, name) for name in SYMBOLS)])
-    return html_table(columns, rows, 'In brackets: standard errors.')
+    return html_table(columns, rows + _truth_row(view), 'In brackets: standard errors.')
 
 
-def model_table(entry: Consolidated, truth: FrictionParameters | None) -> str:
+def model_table(view: BagsJoint) -> str:
     """Return the parameters of the model with intervals, sources, flags and reasons, HTML."""
+    entry, known = view.entry, view.truth is not None
     columns = {'parameter': 'w', 'unit': 'w', 'value': 'n l', 'standard error': 'n',
                '95 % interval': 'n'}  # fmt: skip
-    columns |= (
-        {'from': 'l', 'flags': ''} if truth is None else {'truth': 'n', 'from': 'l', 'flags': ''}
-    )
+    columns |= ({'truth': 'n'} if known else {}) | {'from': 'l', 'flags': ''}
     rows = []
     for name, symbol in SYMBOLS.items():
         p = entry.parameters.get(name)
@@ -148,17 +145,21 @@ def model_table(entry: Consolidated, truth: FrictionParameters | None) -> str:
             sources = ', '.join(entry.rule.sources.get(name, ()))
         why = [', '.join(map(words, p.flags)), p.reason, p.experiment]
         row = [name_text(name, symbol), p.unit, value_text(name, p), error_text(p)]
-        row.append(interval_text(p))
-        row += [] if truth is None else [truth_text(truth.parameters, name)]
+        row += [interval_text(p), *([truth_text(view.known, name)] if known else [])]
         rows.append([*row, sources, '; '.join(filter(None, why))])
     return html_table(columns, rows)
 
 
-def _unit(entry: Consolidated, name: str) -> str:
-    known = [fit.fit.parameters[name].unit for fit in entry.fits.values()]
-    if entry.joint_fit is not None:
-        known.append(entry.joint_fit.parameters[name].unit)
-    return next(iter(known), '')
+def _truth_row(view: BagsJoint) -> list[list[str]]:
+    if view.truth is None:
+        return []
+    return [['truth', *(truth_text(view.known, name) for name in SYMBOLS)]]
+
+
+def _unit(view: BagsJoint, name: str) -> str:
+    entry = view.entry
+    laws = [fit.fit for fit in entry.fits.values()]
+    return next((x.parameters[name].unit for x in (*laws, entry.joint_fit) if x is not None), '')
 
 
 def _cell(name: str, parameter: Parameter | None) -> str:
@@ -171,17 +172,26 @@ def _cell(name: str, parameter: Parameter | None) -> str:
     return value if interval == UNKNOWN else f'{value}\n{interval.replace(" to ", "..")}'
 
 
+def _why_not(analysis: BagsAnalysis, joint: str) -> str:
+    told = analysis.consolidation.unavailable
+    return told.get(joint, 'no bag has an estimate of its friction')
+
+
 def bags_answers(analysis: BagsAnalysis) -> list[str]:
     """Return what was found, a sentence per joint: what a reader came for."""
-    consolidation = analysis.consolidation
+    views = bags_joints(analysis)
     sentences = []
     for joint in analysis.model.joint_names:
-        entry = model_entry(consolidation, joint)
-        if entry is not None:
-            sentences.append(consolidated_sentence(entry))
+        if joint not in views:
+            why = _why_not(analysis, joint)
+            sentences.append(f'{joint}: its friction is not available, because {why}.')
             continue
-        why = consolidation.unavailable.get(joint, 'no bag has an estimate of its friction')
-        sentences.append(f'{joint}: its friction is not available, because {why}.')
+        entry = views[joint].entry
+        slowest = math.nan if entry.joint_fit is None else entry.joint_fit.slowest
+        sentences.append(
+            f'{law_sentence(joint, entry.parameters, entry.law, slowest)} '
+            f'({views[joint].observer}, {WAYS[entry.preferred]}, ± is half of the 95 % interval).'
+        )
     return sentences
 
 
@@ -191,35 +201,25 @@ def bags_table(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -> R
 
     Below each value is its 95 % interval; a parameter that is not identifiable is a range or the
     words, never a number. A star marks what became the model.
-
-    :param truth: a model whose friction is known to be that of the robot.
     """
-    consolidation = analysis.consolidation
+    views = bags_joints(analysis, truth)
     parts: list[RenderableType] = []
     remarks = []
     for joint in analysis.model.joint_names:
-        entry = model_entry(consolidation, joint)
-        if entry is None:
-            why = consolidation.unavailable.get(joint, 'no bag has an estimate of its friction')
-            remarks.append(f'{joint}: unavailable, {why}')
+        if joint not in views:
+            remarks.append(f'{joint}: unavailable, {_why_not(analysis, joint)}')
             continue
-        columns = {f'{joint}\n({observer_label(entry.observer)})': ''}
-        columns |= {f'{s}\n[{_unit(entry, name)}]': 'n' for name, s in SYMBOLS.items()}
-        rows = []
-        for row in consolidated_rows(consolidation, entry):
-            mark = '* ' if row.is_model else ''
-            cells = [_cell(name, row.parameters.get(name)) for name in SYMBOLS]
-            rows.append([mark + row.label, *cells])
-        known = known_friction(truth, joint)
-        if known is not None:
-            rows.append(['truth', *(truth_text(known.parameters, name) for name in SYMBOLS)])
-        parts.append(terminal_table(columns, rows))
-        remarks += consolidated_remarks(entry, known)
+        view = views[joint]
+        columns = {f'{joint}\n({view.observer})': ''}
+        columns |= {f'{s}\n[{_unit(view, name)}]': 'n' for name, s in SYMBOLS.items()}
+        rows = [
+            [
+                ('* ' if row.is_model else '') + row.label,
+                *(_cell(name, row.parameters.get(name)) for name in SYMBOLS),
+            ]
+            for row in consolidated_rows(view)
+        ]
+        parts.append(terminal_table(columns, rows + _truth_row(view)))
+        remarks += consolidated_remarks(view)
     legend = ['*: the model; below each value its 95 % interval, low..high'] if parts else []
     return Group(*parts, Text('\n'.join([*legend, *remarks])))
-
-
-def known_friction(truth: RobotModelFile | None, joint: str) -> FrictionParameters | None:
-    """Return the friction that is known of a joint."""
-    model = None if truth is None else truth.joints.get(joint)
-    return None if model is None else model.friction

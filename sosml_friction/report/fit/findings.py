@@ -4,7 +4,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -89,11 +89,7 @@ def law_sentence(
 
 
 def law_remarks(fit: LawFit) -> list[str]:
-    """
-    Return what a law must not be used without: failed checks, its knee, what there is for S.
-
-    Sentences with their full stops.
-    """
+    """Return what a law must not be used without: failed checks, its knee, what there is for S."""
     remarks = [check.sentence for check in fit.checks if not check.passed or check.name == KNEE]
     if STRIBECK_AT_SLOWEST in fit.derived:
         speed = unit_of('stribeck_velocity', fit.derived[STRIBECK_AT_SLOWEST].unit)
@@ -206,6 +202,18 @@ def data_remarks(analysis: BagAnalysis) -> list[str]:
     ]
 
 
+def shared_sentences(said: Mapping[str, Iterable[str]]) -> list[str]:
+    """Return sentences on recordings by label, before each the labels if it is not of all."""
+    labels: dict[str, list[str]] = {}
+    for label, sentences in said.items():
+        for sentence in sentences:
+            labels.setdefault(sentence, []).append(label)
+    return [
+        text if len(whose) == len(said) else f'{", ".join(whose)}: {text}'
+        for text, whose in labels.items()
+    ]
+
+
 def methods_disagree(view: JointView) -> bool:
     """Tell whether segments and samples exclude each other in a parameter of an observer."""
     return any(
@@ -303,11 +311,8 @@ def simulation_lines(analysis: BagAnalysis) -> list[str]:
         for joint, check in found.closed_loop.items()
     ]
     for joint, fit in found.joints.items():
-        how = (
-            'under the recorded controller'
-            if found.modes[joint] == 'controller'
-            else ('by the measured effort')
-        )
+        controlled = found.modes[joint] == 'controller'
+        how = 'under the recorded controller' if controlled else 'by the measured effort'
         effort = '' if np.isnan(fit.effort_error) else f', effort {fit.effort_error:.2f} %'
         lines.append(
             f'{joint}: output error, simulated {how}: position {fit.position_error:.2g} %{effort} '

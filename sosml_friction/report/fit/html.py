@@ -27,10 +27,9 @@ from sosml_friction.report.fit.consolidation_view import (
     BagsJoint,
     bag_name,
     bags_answers,
+    bags_joints,
     consolidated_remarks,
     consolidated_table,
-    known_friction,
-    model_entry,
     model_table,
 )
 from sosml_friction.report.fit.findings import (
@@ -83,14 +82,7 @@ def render_report(
     extra: Mapping[str, str] | None = None,
     progress: Callable[[str], None] = lambda step: None,
 ) -> str:
-    """
-    Return the report of an analysis as one HTML document, pictures included.
-
-    :param truth: a model whose friction is known to be that of the robot.
-    :param extra: more rows of provenance, heading to text.
-    :param progress: called with the name of each joint before its pictures are drawn.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
-    """
+    """Return the report of an analysis as one HTML document, pictures included."""
     views = joint_views(analysis, truth)
     summaries, sections = [], []
     with page_of(len(views)):
@@ -100,7 +92,7 @@ def render_report(
             sections.append(joint_section(view))
     if analysis.inverse is not None:
         sections.append(inverse_section(analysis, analysis.inverse))
-    rows = recording_rows(analysis) | method_rows(analysis)
+    rows = recording_rows(analysis) | method_rows(analysis, truth) | dict(extra or {})
     bag = str(analysis.model.provenance.get('bag', ''))
     parts = [
         facts(recording_facts(analysis)),
@@ -113,7 +105,7 @@ def render_report(
         items((f'{line}.' for line in simulation_lines(analysis)), heading('Simulated forwards')),
         heading('How it was done'),
         folded('Methods and signs', items(METHOD)),
-        folded('Provenance', provenance_table(rows, truth, extra or {})),
+        folded('Provenance', provenance_table(rows)),
     ]
     return page(f'Friction of {analysis.model.name}' + (f' from {bag}' if bag else ''), parts)
 
@@ -137,48 +129,49 @@ def render_bags_report(
     extra: Mapping[str, str] | None = None,
     progress: Callable[[str], None] = lambda step: None,
 ) -> str:
-    """
-    Return the report of several recordings as one HTML document, pictures included.
-
-    Arguments and errors are those of :func:`~sosml_friction.report.fit.html.render_report`.
-    """
-    _check_truth(analysis, truth)
-    consolidation = analysis.consolidation
-    fits = {bag: one.fit for bag, one in analysis.bags.items()}
+    """Return the report of several recordings as one HTML document, pictures included."""
+    consolidation, joints = analysis.consolidation, analysis.model.joint_names
+    if truth is not None and not any(j in joints and x.friction for j, x in truth.joints.items()):
+        raise ConfigurationError(
+            f'the truth {truth.name} has the friction of none of {", ".join(joints)}: give a '
+            'model of the same joints'
+        )
+    views = bags_joints(analysis, truth)
     recordings = ''.join(
         f'<li><code>{escape(bag_name(consolidation, bag))}</code>, {sampling_text(one.log)}'
-        f'{_role(analysis, bag)}</li>'
+        f'{f": {escape(reason)}" if reason else ""}</li>'
         for bag, one in analysis.bags.items()
+        for reason in [consolidation.roles[bag].reason]
     )
     remarks, sections, summaries = [], [], []
-    for joint in analysis.model.joint_names:
-        entry = model_entry(consolidation, joint)
-        if entry is None:
-            continue
-        view = BagsJoint(consolidation, entry, fits, known_friction(truth, joint))
-        remarks += consolidated_remarks(entry, view.truth)
+    for joint, view in views.items():
+        remarks += consolidated_remarks(view)
         progress(joint)
-        known = {} if view.truth is None else view.truth.parameters
-        summaries.append(heading(joint, 3) + plain_table(entry.parameters, known))
+        summaries.append(heading(joint, 3) + plain_table(view.entry.parameters, view.known))
         sections.append(_joint_section(view))
-    with page_of(len(analysis.bags) * len(analysis.model.joint_names)):
+    with page_of(len(analysis.bags) * len(joints)):
         for bag, one in analysis.bags.items():
             progress(bag)
             sections.append(_bag_section(bag_name(consolidation, bag), one, truth))
     first = next(iter(analysis.bags.values()))
     provenance = ''.join(
-        heading(bag, 3) + provenance_table(recording_rows(one), None, {})
+        heading(bag, 3) + provenance_table(recording_rows(one))
         for bag, one in analysis.bags.items()
     )
     provenance += heading('All recordings', 3)
-    provenance += provenance_table(method_rows(first), truth, extra or {})
+    provenance += provenance_table(method_rows(first, truth) | dict(extra or {}))
+    badge = 'good', f'Friction fitted to {len(analysis.bags)} recordings'
+    if len(views) < len(joints):
+        badge = 'open', f'Fitted for {len(views)} of {len(joints)} joints'
+    if not views:
+        badge = 'bad', 'No friction could be fitted'
     spans = ', '.join(f'{float(one.log.time[-1]):.1f} s' for one in analysis.bags.values())
     parts = [
         facts(
             recording_facts(first)
             | {'Recording': ', '.join(map(str, analysis.bags)), 'Length': spans}
         ),
-        verdict(*_bags_verdict(analysis), bags_answers(analysis)),
+        verdict(*badge, bags_answers(analysis)),
         cards(summaries),
         box('Before you use the numbers', remarks),
         f'<div class="box"><h3>The recordings</h3><ul>{recordings}</ul></div>',
@@ -192,46 +185,20 @@ def render_bags_report(
     return page(f'Friction of {analysis.model.name} from {names}', parts)
 
 
-def _bags_verdict(analysis: BagsAnalysis) -> tuple[str, str]:
-    joints = analysis.model.joint_names
-    found = [joint for joint in joints if model_entry(analysis.consolidation, joint) is not None]
-    if not found:
-        return 'bad', 'No friction could be fitted'
-    if len(found) < len(joints):
-        return 'open', f'Fitted for {len(found)} of {len(joints)} joints'
-    return 'good', f'Friction fitted to {len(analysis.bags)} recordings'
-
-
-def _check_truth(analysis: BagsAnalysis, truth: RobotModelFile | None) -> None:
-    joints = analysis.model.joint_names
-    if truth is not None and not any(known_friction(truth, joint) for joint in joints):
-        raise ConfigurationError(
-            f'the truth {truth.name} has the friction of none of {", ".join(joints)}: give a '
-            'model of the same joints'
-        )
-
-
-def _role(analysis: BagsAnalysis, bag: str) -> str:
-    role = analysis.consolidation.roles.get(bag)
-    return '' if role is None or not role.reason else f': {escape(role.reason)}'
-
-
 def _joint_section(view: BagsJoint) -> str:
-    consolidation, entry = view.consolidation, view.entry
+    entry = view.entry
     others = ''.join(
-        heading(observer_label(observer), 3) + consolidated_table(consolidation, other, None)
-        for observer, other in consolidation.joints[entry.joint].items()
+        heading(observer_label(observer), 3)
+        + consolidated_table(view._replace(entry=other, truth=None))
+        for observer, other in view.consolidation.joints[entry.joint].items()
         if observer != entry.observer
     )
-    numbers = consolidated_table(consolidation, entry, view.truth)
-    return ''.join(
-        (
-            heading(f'Joint {entry.joint}, all recordings'),
-            model_table(entry, view.truth),
-            pictures('bags', view),
-            folded('Numbers of the picture', numbers),
-            folded('Other observers', others),
-        )
+    return (
+        heading(f'Joint {entry.joint}, all recordings')
+        + model_table(view)
+        + pictures('bags', view)
+        + folded('Numbers of the picture', consolidated_table(view))
+        + folded('Other observers', others)
     )
 
 
@@ -276,8 +243,8 @@ def recording_rows(analysis: BagAnalysis) -> dict[str, str]:
     return rows
 
 
-def method_rows(analysis: BagAnalysis) -> dict[str, str]:
-    """Return what was done with it and by which software, heading to text."""
+def method_rows(analysis: BagAnalysis, truth: RobotModelFile | None) -> dict[str, str]:
+    """Return what was done with it, by which software, and the truth, heading to text."""
     known = analysis.model.provenance
     rows = {
         'fitted': str(known.get('fitted', '')),
@@ -292,27 +259,21 @@ def method_rows(analysis: BagAnalysis) -> dict[str, str]:
             f'{gain} ' + ', '.join(f'{value:.4g}' for value in values)
             for gain, values in gains.items()
         )
-    rows.update({str(key): _text(value) for key, value in known.items() if key not in _ELSEWHERE})
-    return rows
+    rows |= {
+        str(key): _pairs(value, '; ') if isinstance(value, Mapping) else str(value)
+        for key, value in known.items()
+        if key not in _ELSEWHERE
+    }
+    return rows | ({} if truth is None else {'truth': truth.name})
 
 
-def provenance_table(
-    rows: Mapping[str, str], truth: RobotModelFile | None, extra: Mapping[str, str]
-) -> str:
-    """Return the rows, the name of the truth where there is one, and more rows, as HTML."""
-    shown = dict(rows)
-    if truth is not None:
-        shown['truth'] = truth.name
-    shown.update(extra)
+def provenance_table(rows: Mapping[str, str]) -> str:
+    """Return headings and texts as HTML."""
     body = ''.join(
         f'<tr><th>{escape(key)}</th><td><code>{escape(value)}</code></td></tr>'
-        for key, value in shown.items()
+        for key, value in rows.items()
     )
     return f'<div class="wide"><table><tbody>{body}</tbody></table></div>'
-
-
-def _text(value: Any) -> str:
-    return _pairs(value, '; ') if isinstance(value, Mapping) else str(value)
 
 
 def _pairs(values: Mapping[str, Any], separator: str = ', ') -> str:

@@ -33,11 +33,7 @@ _METHOD = (
 
 
 def inverse_table(analysis: BagAnalysis, inverse: InverseFits) -> RenderableType:
-    """
-    Return the fits for the terminal: a parameter a row, what is left of the effort below.
-
-    Below that also the inertia that the weak form found, where it was asked.
-    """
+    """Return the fits for the terminal: a parameter a row, what is left of the effort below."""
     fits = _fits(inverse)
     rows = [
         (*(('', '') if k else (fit.joint, fit.form)), *cells)

@@ -50,33 +50,25 @@ def joint_section(view: JointView) -> str:
         *(check.sentence for check in law.checks),
         *(derived_sentence(law, name) for name in law.derived),
     ]
-    beside = ''.join(
-        (
-            items(notes([view], beside=True)),
-            parameter_table(view.fits, view),
-            open_section(view),
-            paragraph(_ELSEWHERE) if is_crowded() else pictures('fit', view, METHOD),
-            heading('The other method', 3),
-            _alternatives(view),
-        )
+    beside = (
+        items(notes([view], beside=True))
+        + parameter_table(view.fits, view)
+        + open_section(view)
+        + (paragraph(_ELSEWHERE) if is_crowded() else pictures('fit', view, METHOD))
+        + heading('The other method', 3)
+        + _alternatives(view)
     )
-    return ''.join(
-        (
-            title,
-            items(checks, heading('Is it friction?', 3)),
-            pictures('fit', view),
-            folded('Observers and methods side by side', beside),
-            folded('Windows of steady motion', segment_table(view)),
-        )
+    return (
+        title
+        + items(checks, heading('Is it friction?', 3))
+        + pictures('fit', view)
+        + folded('Observers and methods side by side', beside)
+        + folded('Windows of steady motion', segment_table(view))
     )
 
 
 def parameter_table(fits: Mapping[str, JointFit], view: JointView) -> str:
-    """
-    Return the parameters of some fits of a joint, below one another, with the truth if known.
-
-    The fit that became the model is the first.
-    """
+    """Return the parameters of fits of a joint, that of the model first, with the truth."""
     order = sorted(fits, key=lambda observer: observer != view.preferred)
     columns = {'from': 'w', 'parameter': 'w', 'value': 'n', 'standard error': 'n',
                '95 % interval': 'n', 'unit': 'w'}  # fmt: skip

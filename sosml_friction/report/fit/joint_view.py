@@ -99,12 +99,7 @@ class JointView:
 
 
 def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> list[JointView]:
-    """
-    Return the joints of an analysis in the order of its model.
-
-    :param truth: a model whose friction is known to be that of the robot, for comparison.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
-    """
+    """Return the joints of an analysis in the order of its model."""
     log = analysis.log
     known = {} if truth is None else {n: j.friction for n, j in truth.joints.items() if j.friction}
     if truth is not None and not set(known) & set(log.names):

@@ -18,7 +18,7 @@ from sosml_friction.report.common.output import (
     write_result,
     written_together,
 )
-from sosml_friction.report.fit.consolidation_view import BagsJoint, known_friction, model_entry
+from sosml_friction.report.fit.consolidation_view import bags_joints
 from sosml_friction.report.fit.html import render_bags_report, render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
 from sosml_friction.report.fit.segment_rows import segments_csv
@@ -42,14 +42,12 @@ def fit_document(
     What is not known is None. Of several bags ``joints.<joint>.<observer>`` is what all say
     together; ``bags`` has the fits of each, and ``consolidation`` all of how they were put
     together.
-
-    :param truth: a model whose friction is known to be that of the robot.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
     if isinstance(analysis, BagsAnalysis):
         return _bags_document(analysis, truth)
     views = joint_views(analysis, truth)
-    provenance = _provenance(analysis)
+    known = analysis.model.provenance
+    provenance = {k: v for k, v in known.items() if k not in ('fits', 'unavailable')}
     document: dict[str, Any] = {
         'format': FORMAT,
         'bag': provenance.get('bag'),
@@ -99,11 +97,6 @@ def _bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None) -> dict
         known = {n: j.friction for n, j in truth.joints.items() if j.friction and n in joints}
         document['truth'] = _truth(known)
     return to_plain(document)
-
-
-def _provenance(analysis: BagAnalysis) -> dict[str, Any]:
-    left_out = ('fits', 'unavailable')
-    return {k: v for k, v in analysis.model.provenance.items() if k not in left_out}
 
 
 def _recording(label: str, analysis: BagAnalysis) -> dict[str, Any]:
@@ -161,25 +154,13 @@ def figure_views(
     if not isinstance(analysis, BagsAnalysis):
         yield 'fit', {view.name: view for view in joint_views(analysis, truth)}
         return
-    fits = {bag: one.fit for bag, one in analysis.bags.items()}
-    several: dict[str, object] = {}
-    for joint in analysis.model.joint_names:
-        entry = model_entry(analysis.consolidation, joint)
-        if entry is not None:
-            known = known_friction(truth, joint)
-            several[joint] = BagsJoint(analysis.consolidation, entry, fits, known)
-    yield 'bags', several
+    yield 'bags', {**bags_joints(analysis, truth)}
     for bag, one in analysis.bags.items():
         yield 'fit', {f'{bag}_{view.name}': view for view in joint_views(one, truth)}
 
 
 def check_destination(folder: str | Path, beside: Collection[str] = ()) -> Path:
-    """
-    Return ``folder`` if results may be written there: it is absent, empty, or holds a fit.
-
-    :param beside: names in the folder that may be there all the same.
-    :raises ConfigurationError: if it is a file or holds something else.
-    """
+    """Return ``folder`` if results may be written there: it is absent, empty, or holds a fit."""
     return check_output_folder(folder, _KIND, beside)
 
 
@@ -197,7 +178,6 @@ def write_results(
     They are made beside the folder and moved there together: an interruption leaves what was
     there before. The fit of an earlier run is replaced, other files beside it are kept.
 
-    :param truth: a model whose friction is known to be that of the robot.
     :param extra: more rows of provenance for the report, heading to text.
     :param progress: called with the name of each joint before its pictures are drawn.
     :param beside: see :func:`check_destination`.

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.number_text import format_number
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
-from sosml_friction.report.common.csv_text import csv_text
 from sosml_friction.report.common.html_page import folded
 from sosml_friction.report.common.labels import observer_label
+from sosml_friction.report.common.output import csv_text
 from sosml_friction.report.common.table import Column, html_table
 from sosml_friction.report.fit.joint_view import JointView
 
@@ -108,8 +108,6 @@ def segments_csv(views: Mapping[str, Sequence[JointView]]) -> str:
 
     One row per window. Level and spread of an observer that did not run for a joint are empty, as
     is all that is not known.
-
-    :param views: the joints of each recording, by its name.
     """
     joints = [(bag, view) for bag, some in views.items() for view in some]
     observers = list(dict.fromkeys(o for _, view in joints for o in _with_levels(view)))

@@ -7,17 +7,18 @@ from typing import Any
 
 from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.log_analysis import BagAnalysis
-from sosml_friction.identification.number_text import (
-    number_text,
-    rounded,
-    truth_text,
-)
+from sosml_friction.identification.number_text import number_text, rounded, truth_text
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.figure import SUMMARY, pictures
 from sosml_friction.report.common.html_page import heading, paragraph
-from sosml_friction.report.common.labels import PLAIN, observer_label, pairs_text, symbols_of
-from sosml_friction.report.common.moment import recorded_at
+from sosml_friction.report.common.labels import (
+    PLAIN,
+    observer_label,
+    pairs_text,
+    recorded_at,
+    symbols_of,
+)
 from sosml_friction.report.common.table import html_table
 from sosml_friction.report.fit.findings import model_questions
 from sosml_friction.report.fit.joint_view import JointView
@@ -72,11 +73,7 @@ def plain_table(
     known: Mapping[str, Parameter],
     load: Parameter | None = None,
 ) -> str:
-    """
-    Return a model in plain words: what, how much with half of its 95 % interval, unit.
-
-    :param load: share of the load that is friction besides, where the model has it.
-    """
+    """Return a model in plain words: what, how much with half of its 95 % interval, unit."""
     columns = {'': '', 'value ± 95 %': 'n', 'unit': 'w'} | ({'truth': 'n'} if known else {})
     rows = []
     for name in symbols_of(parameters):

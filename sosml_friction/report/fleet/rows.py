@@ -12,8 +12,8 @@ import numpy as np
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.number_text import format_number, plus_minus
 from sosml_friction.identification.several.drift import Drift, drift_of
-from sosml_friction.report.common.csv_text import csv_text
-from sosml_friction.report.common.moment import recorded_at
+from sosml_friction.report.common.labels import recorded_at
+from sosml_friction.report.common.output import csv_text
 from sosml_friction.report.common.table import Column
 
 FORMAT = 'sosml_friction/fleet/1'

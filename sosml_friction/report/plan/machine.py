@@ -71,21 +71,23 @@ def _installed(package: str) -> str:
         return ''
 
 
+def _checked(name: str, good: bool, found: str, advice: str, otherwise: str = OPTIONAL) -> Finding:
+    """Return a finding with its advice, which is for one that is not good."""
+    return Finding(name, GOOD if good else otherwise, found, '' if good else advice)
+
+
 def _software() -> Iterator[Finding]:
     yield Finding('sosml_friction', GOOD, _installed('sosml_friction') or 'not installed by pip')
+    new = sys.version_info >= (3, 10)
     python = platform.python_version()
-    old = sys.version_info < (3, 10)
-    advice = 'use Python 3.10 to 3.13' if old else ''
-    yield Finding('Python', MISSING if old else GOOD, python, advice)
+    yield _checked('Python', new, python, 'use Python 3.10 to 3.13', MISSING)
     absent = [name for name in _NEEDED if not _installed(name)]
     told = ', '.join(f'{name} {own}' for name in _NEEDED if (own := _installed(name)))
-    yield Finding(
-        'libraries', MISSING if absent else GOOD, told,
-        f'install {", ".join(absent)}: make install, or pip install .' if absent else '',
-    )  # fmt: skip
+    advice = f'install {", ".join(absent)}: make install, or pip install .'
+    yield _checked('libraries', not absent, told, advice, MISSING)
     there = find_spec('pinocchio') is not None
-    advice = '' if there else 'pip install pin, or on ROS 2 apt install ros-jazzy-pinocchio'
-    yield Finding('Pinocchio', GOOD if there else MISSING, 'found' if there else 'no', advice)
+    advice = 'pip install pin, or on ROS 2 apt install ros-jazzy-pinocchio'
+    yield _checked('Pinocchio', there, 'found' if there else 'no', advice, MISSING)
 
 
 def _cache() -> Finding:
@@ -133,15 +135,12 @@ def _buses() -> Iterator[Finding]:
             found.append((place.parent.name, state))
     told = ', '.join(f'{name} ({state})' for name, state in found)
     down = [name for name, state in found if state == 'down']
-    if not found:
-        yield Finding('CAN', OPTIONAL, 'no interface',
-                      'only the driver needs one; an adapter on a serial port is opened by '
-                      'can_interface:=slcan')  # fmt: skip
-    elif down:
-        yield Finding('CAN', OPTIONAL, told,
-                      f'sudo ip link set {down[0]} up type can bitrate 1000000')  # fmt: skip
-    else:
-        yield Finding('CAN', GOOD, told)
+    advice = (
+        'only the driver needs one; an adapter on a serial port is opened by can_interface:=slcan'
+    )
+    if down:
+        advice = f'sudo ip link set {down[0]} up type can bitrate 1000000'
+    yield _checked('CAN', bool(found) and not down, told or 'no interface', advice)
     ports = [*Path('/dev').glob('ttyACM*'), *Path('/dev').glob('ttyUSB*')]
     closed = [port for port in ports if not os.access(port, os.R_OK | os.W_OK)]
     if closed:
@@ -152,11 +151,10 @@ def _buses() -> Iterator[Finding]:
 def _real_time() -> Finding:
     """Tell whether a node may ask for a priority of real time."""
     most = resource.getrlimit(resource.RLIMIT_RTPRIO)[1]
-    if os.geteuid() == 0 or most != 0:
-        told = 'root' if os.geteuid() == 0 else f'priority up to {most}'
-        return Finding('real time', GOOD, told)
-    return Finding(
-        'real time', OPTIONAL, 'not permitted',
+    told = f'priority up to {most}' if most else 'not permitted'
+    root = os.geteuid() == 0
+    return _checked(
+        'real time', root or most != 0, 'root' if root else told,
         'only a driver on a busy machine needs it: a line "@realtime - rtprio 80" in '
         '/etc/security/limits.d/realtime.conf, yourself in that group, then log in anew',
     )  # fmt: skip
@@ -166,10 +164,7 @@ def _extras() -> Iterator[Finding]:
     for name, what in _EXTRAS.items():
         there = find_spec(name) is not None
         use, _, advice = what.partition(': ')
-        yield Finding(
-            name, GOOD if there else OPTIONAL, _installed(name) if there else f'no ({use})',
-            '' if there else advice,
-        )  # fmt: skip
+        yield _checked(name, there, _installed(name) if there else f'no ({use})', advice)
 
 
 def machine_document(found: Sequence[Finding]) -> dict[str, Any]:

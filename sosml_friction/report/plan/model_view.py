@@ -23,12 +23,7 @@ _HASHES = 'sha256'
 
 
 def check_model_folder(folder: Path, force: bool = False) -> None:
-    """
-    Refuse a folder that holds something else than a model as ``sosml model`` made it.
-
-    :param force: whether a model that was changed since may be overwritten.
-    :raises ConfigurationError: with the folder, and the files that were changed.
-    """
+    """Refuse a folder that holds something else than a model as ``sosml model`` made it."""
     try:
         if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
             return
@@ -72,11 +67,7 @@ def _changed(folder: Path, model: RobotModelFile) -> list[str]:
 
 
 def robot_of(model: RobotModelFile) -> Robot:
-    """
-    Return the rigid body, to be looked at, with rotors of no inertia where they are not known.
-
-    :raises ConfigurationError: if there is none.
-    """
+    """Return the rigid body, with rotors of no inertia where they are not known."""
     return model.with_armature({'*': 0.0}).make_robot()
 
 

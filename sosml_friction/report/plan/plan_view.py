@@ -27,11 +27,7 @@ ASSUMED = {
 
 
 def parse_parameters(option: str, entries: Sequence[str]) -> dict[str, float]:
-    """
-    Read entries ``NAME=NUMBER`` with names of friction parameters.
-
-    :raises ConfigurationError: if one is something else.
-    """
+    """Read entries ``NAME=NUMBER`` with names of friction parameters."""
     found = {}
     for entry in entries:
         name, _, text = entry.partition('=')

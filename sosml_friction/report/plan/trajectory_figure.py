@@ -2,17 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A picture of a trajectory: position, velocity and effort of each joint, with the limits."""
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.motion.plan import PlannedTrajectory
-from sosml_friction.report.common.drawing import FONT, GREY, draw_line, label_axes, new_figure
+from sosml_friction.report.common import drawing
+from sosml_friction.report.common.drawing import FONT, GREY
 from sosml_friction.report.common.labels import motion_units
 
 _LINE, _LIMIT = '#0072B2', '#D55E00'
@@ -29,7 +26,7 @@ def trajectory_figure(planned: PlannedTrajectory) -> Figure:
     colour. The limit of effort is what the allowance for friction leaves.
     """
     loads, robot = planned.loads, planned.robot
-    figure = new_figure(max(9.0, 4.6 * robot.n), 7.2)
+    figure = drawing.new_figure(max(9.0, 4.6 * robot.n), 7.2)
     panels = np.asarray(
         figure.subplots(3, robot.n, sharex=True, squeeze=False, height_ratios=(1.0, 1.0, 1.0))
     )
@@ -45,7 +42,7 @@ def trajectory_figure(planned: PlannedTrajectory) -> Figure:
         for row, (values, limits, label, of) in enumerate(rows):
             axes: Axes = panels[row, i]
             _draw(axes, loads.t, values, limits)
-            label_axes(axes, '', label)
+            drawing.label_axes(axes, '', label)
             text = f'limits {limits[0]:.3g} to {limits[1]:.3g} {of}'
             if row == 2 and planned.effort_margin < 1.0:
                 text += f' ({100 * planned.effort_margin:.0f} %, the rest is for friction)'
@@ -60,9 +57,9 @@ def trajectory_figure(planned: PlannedTrajectory) -> Figure:
         fontsize=FONT + 3,
     )
     if planned.beyond:
-        handles: Sequence[Any] = [
-            Line2D([], [], color=_LINE, linewidth=1.6, label='within the limits'),
-            Line2D([], [], color=_LIMIT, linewidth=1.6, label='beyond a limit'),
+        handles = [
+            drawing.key(color=_LINE, linewidth=1.6, label='within the limits'),
+            drawing.key(color=_LIMIT, linewidth=1.6, label='beyond a limit'),
         ]
         panels[0, 0].legend(handles=handles, fontsize=FONT, frameon=False, loc='best')
     return figure
@@ -71,10 +68,10 @@ def trajectory_figure(planned: PlannedTrajectory) -> Figure:
 def _draw(axes: Axes, t: FloatArray, values: FloatArray, limits: tuple[float, float]) -> None:
     axes.margins(x=0.01)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
-    draw_line(axes, t, values, color=_LINE, linewidth=1.4)
+    drawing.draw_line(axes, t, values, color=_LINE, linewidth=1.4)
     beyond = (values < limits[0]) | (values > limits[1])
     if beyond.any():
-        draw_line(axes, t, np.where(beyond, values, np.nan), color=_LIMIT, linewidth=2.4)
+        drawing.draw_line(axes, t, np.where(beyond, values, np.nan), color=_LIMIT, linewidth=2.4)
     low, high = float(values.min()), float(values.max())
     height = high - low or abs(high) or 1.0
     low, high = low - 0.08 * height, high + 0.08 * height

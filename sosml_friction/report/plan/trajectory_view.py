@@ -10,8 +10,8 @@ from rich.text import Text
 
 from sosml_friction.identification.number_text import UNKNOWN
 from sosml_friction.motion.plan import Demand, PlannedTrajectory
-from sosml_friction.report.common.csv_text import csv_text
 from sosml_friction.report.common.labels import motion_units
+from sosml_friction.report.common.output import csv_text
 from sosml_friction.report.common.table import terminal_table
 
 FORMAT = 'sosml_friction/trajectory/1'

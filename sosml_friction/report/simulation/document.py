@@ -5,28 +5,34 @@
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from rich.table import Table
 
 from sosml_friction.identification.number_text import UNKNOWN, format_number
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.figure import pictures
 from sosml_friction.report.common.html_page import box, facts, heading, page, verdict
-from sosml_friction.report.common.output import (
-    OutputKind,
-    write_result,
-    written_together,
-)
+from sosml_friction.report.common.output import OutputKind, write_result, written_together
 from sosml_friction.report.common.table import html_table, terminal_table
-from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
 from sosml_friction.simulation.recorded.recorded_simulation import CLOSED_LOOP, RecordedSimulation
 
 COLUMNS = {'joint': 'w', 'error of': 'w', 'root mean square': 'n', 'largest': 'n', 'unit': 'w',
            'relative': 'n'}  # fmt: skip
 _SMALL = {'rad': 'mrad', 'm': 'mm', 'rad/s': 'mrad/s', 'm/s': 'mm/s'}
+
+
+class SimulatedJoint(NamedTuple):
+    """Hold a simulation, and the number of the joint that is drawn."""
+
+    found: RecordedSimulation
+    i: int
+
+    @property
+    def name(self) -> str:
+        """Return the name of the joint."""
+        return self.found.names[self.i]
 
 
 def error_rows(found: RecordedSimulation) -> list[tuple[str, ...]]:
@@ -47,11 +53,6 @@ def percent_text(share: float) -> str:
         return UNKNOWN
     digits = 2 if share <= 0.0 else max(0, 2 - int(np.floor(np.log10(share))))
     return f'{share:.{min(digits, 6)}f} %'
-
-
-def error_table(found: RecordedSimulation) -> Table:
-    """Return the table of the terminal."""
-    return terminal_table(COLUMNS, error_rows(found))
 
 
 def simulation_sentences(found: RecordedSimulation) -> list[str]:
@@ -81,6 +82,12 @@ def simulation_sentences(found: RecordedSimulation) -> list[str]:
         'A relative error of position is a share of the way since the window began; the error of '
         'effort is that of what the model needs for the measured motion, both low-passed.',
     ]
+
+
+def simulation_blocks(found: RecordedSimulation) -> list[Any]:
+    """Return what the terminal shows: sentences, the table of errors, remarks."""
+    remarks = [f'{remark}.' for remark in found.remarks]
+    return [*simulation_sentences(found), terminal_table(COLUMNS, error_rows(found)), *remarks]
 
 
 FORMAT = 'sosml_friction/simulation/1'
@@ -130,11 +137,7 @@ def figure_views(found: RecordedSimulation) -> dict[str, object]:
 def write_simulation(
     folder: Path, found: RecordedSimulation, model: RobotModelFile, provenance: Mapping[str, Any]
 ) -> None:
-    """
-    Write simulation.json and report.html.
-
-    :raises ConfigurationError: if the folder cannot be written.
-    """
+    """Write simulation.json and report.html."""
     title = f'Simulation of {provenance["bag"]} with {provenance["model"]}'
     with written_together(folder, KIND) as workshop:
         document = simulation_document(found, model, provenance)
@@ -145,11 +148,7 @@ def write_simulation(
 def render_simulation(
     found: RecordedSimulation, title: str, told: Mapping[str, str] | None = None
 ) -> str:
-    """
-    Return the report as one HTML document, pictures included.
-
-    :param told: what it is about: recording and model.
-    """
+    """Return the report as one HTML document, pictures included."""
     length = f'{float(found.time[-1] - found.time[0]):.1f} s, {len(found.time)} samples'
     label = 'Simulated in closed loop'
     if found.mode != CLOSED_LOOP:

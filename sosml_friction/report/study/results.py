@@ -13,15 +13,7 @@ from sosml_friction.identification.fitted_model import versions
 from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures, figures_of
-from sosml_friction.report.common.html_page import (
-    facts,
-    folded,
-    heading,
-    items,
-    page,
-    picture,
-    verdict,
-)
+from sosml_friction.report.common.html_page import facts, folded, heading, items, page, verdict
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.output import (
     OutputKind,
@@ -29,7 +21,6 @@ from sosml_friction.report.common.output import (
     write_result,
     written_together,
 )
-from sosml_friction.report.common.svg import to_svg
 from sosml_friction.report.common.table import Column, Markup, html_table
 from sosml_friction.report.study.tables import rmse_text, settle_text, short
 from sosml_friction.report.study.view import case_text, findings, shown_observers
@@ -130,20 +121,11 @@ def _row(study: Study, row: StudyRow, joint: int, score: Score) -> dict[str, Any
     }
 
 
-def _kind() -> OutputKind:
+def study_kind() -> OutputKind:
     """Return what a study writes: its document, its report, a file for each figure."""
     drawn = (f'{figure.identifier}.png' for figure in figures('study'))
     files = ('study.json', 'study.html', *drawn)
     return OutputKind('study', 'study.json', FORMAT, files, 'study.html')
-
-
-def check_study_destination(folder: str | Path) -> Path:
-    """
-    Return ``folder`` if a study may be written there: it is absent, empty, or holds a study.
-
-    :raises ConfigurationError: if it is a file or holds something else.
-    """
-    return check_output_folder(folder, _kind())
 
 
 def write_study(
@@ -152,24 +134,17 @@ def write_study(
     document: Mapping[str, Any],
     progress: Callable[[str], None] = lambda name: None,
 ) -> Path:
-    """
-    Write the document, the report and the figures of the cases that were run; return the folder.
-
-    They appear together; an earlier study is replaced, other files beside it are kept.
-
-    :param document: of :func:`~sosml_friction.report.study.results.study_document`.
-    :param progress: called with the name of each figure before it is drawn.
-    :raises ConfigurationError: if the folder holds something else or cannot be written.
-    """
-    folder = check_study_destination(folder)
-    with written_together(folder, _kind()) as workshop:
+    """Write the document, the report and the figures of the cases that were run."""
+    kind = study_kind()
+    folder = check_output_folder(folder, kind)
+    with written_together(folder, kind) as workshop:
         drawn = {}
         for figure in figures_of('study', study):
             name = figure.identifier
             progress(name)
             drawn[name] = figure.draw(study)
             (workshop / f'{name}.png').write_bytes(to_png(drawn[name]))
-        write_result(workshop, _kind(), document, render_study(study, drawn))
+        write_result(workshop, kind, document, render_study(study, drawn))
     return folder
 
 
@@ -201,11 +176,7 @@ _METHOD = (
 
 
 def render_study(study: Study, drawn: Mapping[str, Drawing]) -> str:
-    """
-    Return the HTML document.
-
-    :param drawn: the figures by their identifiers.
-    """
+    """Return the HTML document."""
     settings = study.settings
     told = {
         'Encoders': f'{settings.bits} bit, noise {encoder_noise(settings.bits):.3g} rad',
@@ -213,12 +184,11 @@ def render_study(study: Study, drawn: Mapping[str, Drawing]) -> str:
         'Noise seeds': f'{settings.seeds} to score, {settings.tuning_seeds} to tune',
         'Observers': str(len(settings.observers)),
     }
-    pictures = []
-    for figure in figures_of('study', study):
-        if figure.identifier in drawn:
-            caption = figure.caption_of(study)
-            svg = to_svg(drawn[figure.identifier], caption, figure.themed)
-            pictures.append(picture(svg, caption, figure.title))
+    pictures = [
+        figure.html(study, drawn[figure.identifier])
+        for figure in figures_of('study', study)
+        if figure.identifier in drawn
+    ]
     parts = [
         facts(told),
         verdict('found', f'{len(study.observations)} cases simulated', findings(study)),

@@ -21,11 +21,7 @@ from sosml_friction.study.task import Case
 
 
 def study_tables(study: Study) -> RenderableType:
-    """
-    Return what a person reads first: RMSE of both joints, then noise, settling and loop width.
-
-    The JSON document and the HTML report have every figure of every row.
-    """
+    """Return what is read first: RMSE of both joints, then noise, settling and loop width."""
     cases = list(study.observations)
     noisy = [case for case in cases if case[1] == 'noise']
     parts: list[RenderableType] = []
@@ -47,11 +43,11 @@ def study_tables(study: Study) -> RenderableType:
                  '[mNm]'),
             _dynamics_table(study, noisy),
         ]  # fmt: skip
-    parts.append(Text('\n'.join([*findings(study), *_legend(study)])))
+    parts.append(Text('\n'.join([*findings(study), _legend(study)])))
     return Group(*parts)
 
 
-def _legend(study: Study) -> list[str]:
+def _legend(study: Study) -> str:
     """Return what the names and dashes of the tables mean, of those that are there."""
     words = [
         f'{variant.label}: {variant.space.remark}.'
@@ -61,7 +57,7 @@ def _legend(study: Study) -> list[str]:
     if any(case[1] == 'mismatch' for case in study.observations):
         words.append('Offset floor: what an ideal observer has with that wrong model.')
     words.append('-: not known, or not settled before the next reversal.')
-    return [' '.join(words)]
+    return ' '.join(words)
 
 
 def rmse_text(condition: str, score: Score) -> str:

@@ -2,10 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fitted terms as files: the model folder, ``fit.json`` and the report."""
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from sosml_friction.identification.free_armature import armature_sentence
+from sosml_friction.identification.number_text import (
+    error_text,
+    format_number,
+    interval_text,
+    value_text,
+    words,
+)
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.identification.term_residual import along_axis
 from sosml_friction.plain_document import to_plain
@@ -17,18 +26,18 @@ from sosml_friction.report.common.output import (
     write_result,
     written_together,
 )
-from sosml_friction.report.common.table import html_table
-from sosml_friction.report.terms.rows import (
-    COLUMNS,
-    EFFORT_COLUMNS,
-    effort_rows,
-    sentences,
-    term_rows,
-)
+from sosml_friction.report.common.table import html_table, terminal_table
 
 FORMAT = 'sosml_friction/term_fit/1'
 FILES = ('robot.urdf', 'model.yaml', 'report.html', 'fit.json')
 KIND = OutputKind('fit of terms', 'fit.json', FORMAT, FILES)
+
+
+COLUMNS = {
+    'joint': 'w', 'term': '', 'parameter': '', 'value': 'n', 'standard error': 'n',
+    '95 % interval': 'n', 'unit': '', 'remark': '',
+}  # fmt: skip
+EFFORT_COLUMNS = {'joint': 'w', 'effort': 'n', 'without': 'n', 'with': 'n', 'unit': ''}
 
 
 def term_fit_document(fit: TermFit, provenance: Mapping[str, Any]) -> dict[str, Any]:
@@ -37,11 +46,7 @@ def term_fit_document(fit: TermFit, provenance: Mapping[str, Any]) -> dict[str, 
 
 
 def render_terms(fit: TermFit, title: str, told: Mapping[str, str] | None = None) -> str:
-    """
-    Return the report as one HTML document, pictures included.
-
-    :param told: more of what it is about, such as the recordings.
-    """
+    """Return the report as one HTML document, pictures included."""
     label = 'Some terms could not be fitted' if fit.left else f'{len(fit.terms)} terms fitted'
     parts = [
         facts({'Model': fit.model.name, 'Joints': ', '.join(fit.names), **(told or {})}),
@@ -69,11 +74,7 @@ def write_term_fit(
     provenance: Mapping[str, Any],
     step: Callable[[str], None] = lambda text: None,
 ) -> Path:
-    """
-    Write the model folder with report.html and fit.json, and return it.
-
-    :raises ConfigurationError: if the folder holds something else or cannot be written.
-    """
+    """Write the model folder with report.html and fit.json, and return it."""
     folder = check_output_folder(folder, KIND)
     with written_together(folder, KIND) as workshop:
         fit.model.write(workshop)
@@ -87,3 +88,54 @@ def write_term_fit(
         }
         write_result(workshop, KIND, document, render_terms(fit, title, told))
     return folder
+
+
+def term_rows(fit: TermFit) -> list[tuple[str, ...]]:
+    """Return a row for each parameter."""
+    return [
+        (
+            'all joints' if term.joint == '*' else term.joint,
+            words(term.term),
+            words(name),
+            value_text(name, p),
+            error_text(p) if math.isfinite(p.std_error) else '',
+            interval_text(p),
+            p.unit,
+            '; '.join(filter(None, (p.reason, term.objection))),
+        )
+        for term in fit.terms
+        for name, p in term.parameters.items()
+    ]
+
+
+def effort_rows(fit: TermFit) -> list[tuple[str, ...]]:
+    """Return by joint the effort, and what is left of it without and with the terms."""
+    return [
+        (
+            name,
+            *(format_number(float(x[i])) for x in (fit.measured, fit.before, fit.after)),
+            fit.units[i],
+        )
+        for i, name in enumerate(fit.names)
+    ]
+
+
+def term_blocks(fit: TermFit) -> list[Any]:
+    """Return what the terminal shows: sentences and the table of parameters."""
+    return [*sentences(fit), terminal_table(COLUMNS, term_rows(fit))]
+
+
+def sentences(fit: TermFit) -> list[str]:
+    """Return what was fitted, and what was left out and why."""
+    parts = [
+        f'{name} {100.0 * fit.before[i] / fit.measured[i]:.3g} -> '
+        f'{100.0 * fit.after[i] / fit.measured[i]:.3g} %'
+        for i, name in enumerate(fit.names)
+        if fit.measured[i] > 0.0
+    ]
+    told = [
+        f'{len(fit.terms)} terms were fitted together, with one covariance of all that is free. '
+        f'Effort that is not explained, without the terms and with them: {", ".join(parts)}.'
+    ]
+    told += [f'Left out: {why}.' for why in dict.fromkeys(fit.left.values())]
+    return told + [f'{armature_sentence(n, p)}.' for n, p in fit.armature.items()]

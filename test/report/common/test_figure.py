@@ -14,10 +14,10 @@ from sosml_friction.identification.ripple import PlateauRipple
 from sosml_friction.identification.term_residual import along_axis
 from sosml_friction.report.common import figure as module
 from sosml_friction.report.common.figure import REPORTS, Figure, figures, figures_of
-from sosml_friction.report.fit.consolidation_view import BagsJoint, model_entry
+from sosml_friction.report.fit.consolidation_view import bags_joints
 from sosml_friction.report.fit.html import render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
-from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
+from sosml_friction.report.simulation.document import SimulatedJoint
 
 #: Labels that are a count or say their unit themselves.
 WITHOUT_BRACKETS = {'periods per turn', 'periods per metre', '... that this one explains'}
@@ -37,11 +37,9 @@ def forgotten(monkeypatch):
 def views(analysis, truth, bags, diagnosis, tiny_study, simulated, fitted_terms):
     """Return by report something of each kind that its figures draw."""
     view = joint_views(analysis, truth)[0]
-    entry = model_entry(bags.consolidation, 'shoulder')
-    fits = {bag: one.fit for bag, one in bags.bags.items()}
     return {
         'fit': [replace(view, ripple=(EVEN, UNEVEN))],
-        'bags': [BagsJoint(bags.consolidation, entry, fits), view],
+        'bags': [bags_joints(bags)['shoulder'], view],
         'diagnosis': [*joint_residuals(diagnosis), diagnosis],
         'study': [tiny_study],
         'simulation': [SimulatedJoint(simulated, 0)],

@@ -21,12 +21,11 @@ from sosml_friction.report.figures.bags.law import BagsLaw
 from sosml_friction.report.fit import html
 from sosml_friction.report.fit.consolidation_view import (
     WAYS,
-    BagsJoint,
+    bags_joints,
     bags_table,
     consolidated_remarks,
     consolidated_rows,
     consolidated_table,
-    model_entry,
 )
 
 
@@ -63,26 +62,27 @@ def test_no_unknown_number_is_printed_as_such(text):
 
 
 def test_each_recording_the_rule_and_the_joint_fit_have_a_row_with_their_numbers(bags):
-    entry = model_entry(bags.consolidation, 'shoulder')
-    rows = consolidated_rows(bags.consolidation, entry)
+    view = bags_joints(bags)['shoulder']
+    entry, rows = view.entry, consolidated_rows(view)
     assert [row.label for row in rows] == ['ladder (T1)', 'slow (T3)', *reversed(WAYS.values())]
     assert [row.label for row in rows if row.is_model] == [WAYS[entry.preferred]]
     assert rows[-1].parameters['coulomb'] == entry.joint_fit.parameters['coulomb']
     assert rows[-2].parameters == entry.rule.parameters
-    table = consolidated_table(bags.consolidation, entry, None)
+    table = consolidated_table(view)
     for row in rows:
         for name, parameter in row.parameters.items():
             assert re.search(rf'>{re.escape(value_text(name, parameter))}( \(|</td>)', table)
 
 
 def test_what_is_not_identifiable_is_a_range_in_every_table(bags):
-    entry = model_entry(bags.consolidation, 'shoulder')
+    view = bags_joints(bags)['shoulder']
+    entry = view.entry
     unknown = Parameter(math.nan, 'Nm', interval=(0.2, math.inf), flags=(NOT_IDENTIFIABLE,))
     fit = dataclasses.replace(
         entry.joint_fit, parameters={**entry.joint_fit.parameters, 'stribeck': unknown}
     )
     changed = dataclasses.replace(entry, joint_fit=fit)
-    assert '>above 0.200</td>' in consolidated_table(bags.consolidation, changed, None)
+    assert '>above 0.200</td>' in consolidated_table(view._replace(entry=changed))
     joints = {**bags.consolidation.joints, 'shoulder': {'sosml': changed}}
     consolidation = dataclasses.replace(bags.consolidation, joints=joints)
     assert 'above 0.200' in printed(dataclasses.replace(bags, consolidation=consolidation))
@@ -98,17 +98,16 @@ def test_the_terminal_has_units_intervals_the_truth_and_the_reason(bags, truth):
     shown = printed(bags, truth)
     for word in ('[rad/s]', '[Nm s/rad]', 'ladder (T1)', 'slow (T3)', 'truth', '* joint fit'):
         assert word in shown
-    entry = model_entry(bags.consolidation, 'shoulder')
+    entry = bags_joints(bags)['shoulder'].entry
     for end in interval_text(entry.parameters['coulomb']).split(' to '):
         assert end in shown
     assert entry.reason.split(':')[0] in ' '.join(shown.split())
 
 
 def test_the_figure_has_the_rows_of_each_recording_less_the_law(bags):
-    entry = model_entry(bags.consolidation, 'shoulder')
-    fits = {bag: one.fit for bag, one in bags.bags.items()}
-    points = bag_points(fits['ladder'], 'shoulder', 'sosml')
-    figure = BagsLaw().draw(BagsJoint(bags.consolidation, entry, fits))
+    view = bags_joints(bags)['shoulder']
+    points = bag_points(view.fits['ladder'], 'shoulder', 'sosml')
+    figure = BagsLaw().draw(view)
     whole, _, residual, _ = figure.axes
     for axes in (whole, residual):
         lines = [line for line in axes.lines if line.get_marker() == 'o']
@@ -116,7 +115,7 @@ def test_the_figure_has_the_rows_of_each_recording_less_the_law(bags):
     (drawn,) = [line for line in whole.lines if line.get_marker() == 'o']
     assert np.allclose(drawn.get_ydata(), points.friction)
     (left,) = [line for line in residual.lines if line.get_marker() == 'o']
-    law = fitted_law(entry.joint_fit)
+    law = fitted_law(view.entry.joint_fit)
     assert np.allclose(left.get_ydata(), points.friction - law.torque(points.velocity))
 
 
@@ -143,10 +142,10 @@ def test_a_truth_of_other_joints_is_refused(bags, truth):
 
 
 def test_a_truth_outside_of_what_all_say_together_is_noted(bags, truth):
-    entry = model_entry(bags.consolidation, 'shoulder')
+    view = bags_joints(bags)['shoulder']
     friction = truth.joints['shoulder'].friction
     wrong = dataclasses.replace(friction.parameters['viscous'], value=99.0)
     moved = dataclasses.replace(friction, parameters={**friction.parameters, 'viscous': wrong})
-    told = consolidated_remarks(entry, moved)
+    told = consolidated_remarks(view._replace(truth=moved))
     assert any('truth is outside' in remark and 'viscous' in remark for remark in told)
-    assert not any('truth' in remark for remark in consolidated_remarks(entry))
+    assert not any('truth' in remark for remark in consolidated_remarks(view))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.report.figures.simulation.simulated_joint import SimulatedJointFigure
-from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
+from sosml_friction.report.simulation.document import SimulatedJoint
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
 
 QUANTITIES = ('position', 'velocity', 'effort')

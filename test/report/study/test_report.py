@@ -19,11 +19,12 @@ from rich.console import Console
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures, figures_of
+from sosml_friction.report.common.output import check_output_folder
 from sosml_friction.report.study import results as study_results
 from sosml_friction.report.study.results import (
-    check_study_destination,
     render_study,
     study_document,
+    study_kind,
     write_study,
 )
 from sosml_friction.report.study.tables import rmse_text, settle_text, short, study_tables
@@ -242,11 +243,11 @@ def test_files_appear_together_and_an_earlier_study_is_replaced(
 def test_something_else_is_not_overwritten(tmp_path):
     (tmp_path / 'thesis.tex').write_text('mine')
     with pytest.raises(ConfigurationError, match='earlier study, so it is not overwritten'):
-        check_study_destination(tmp_path)
+        check_output_folder(tmp_path, study_kind())
     (tmp_path / 'study.json').write_text('{"format": "something/else"}')
     with pytest.raises(ConfigurationError, match='not overwritten'):
-        check_study_destination(tmp_path)
-    assert check_study_destination(tmp_path / 'new') == tmp_path / 'new'
+        check_output_folder(tmp_path, study_kind())
+    assert check_output_folder(tmp_path / 'new', study_kind()) == tmp_path / 'new'
 
 
 def test_an_interruption_leaves_what_was_there(nominal_only, tmp_path, monkeypatch):

@@ -23,5 +23,4 @@ class BagsParameters(Figure[BagsJoint]):
     )
 
     def draw(self, view: BagsJoint) -> Drawing:
-        rows = consolidated_rows(view.consolidation, view.entry)
-        return draw_parameters(rows, None if view.truth is None else view.truth.parameters)
+        return draw_parameters(consolidated_rows(view), view.known or None)

@@ -41,14 +41,8 @@ class BinnedResidual(Figure[JointResidual]):
         for ax, (name, label) in zip(panels, labels.items(), strict=True):
             x = view.axes[name]
             if is_constant(x):
-                ax.text(
-                    0.5,
-                    0.5,
-                    'constant',
-                    transform=ax.transAxes,
-                    ha='center',
-                    fontsize=drawing.FONT,
-                )
+                ax.text(0.5, 0.5, 'constant', transform=ax.transAxes, ha='center',
+                        fontsize=drawing.FONT)  # fmt: skip
                 drawing.label_axes(ax, label, '')
                 continue
             # What matters of the way since a reversal happens in its first thousandths.

@@ -25,11 +25,7 @@ _COLOURS = LinearSegmentedColormap.from_list('share', ['#ffffff', '#c6dbef', '#4
 
 
 class ConfusabilityMap(Figure[Diagnosis]):
-    """
-    Draw the share of each cause (row) that each other one (column) explains.
-
-    Boxes mark the set that these data leave open; the last column is what the refit takes.
-    """
+    """Draw the share of each cause (row) that each other one (column) explains."""
 
     identifier = 'confusability_map'
     title = 'What this motion can tell apart'

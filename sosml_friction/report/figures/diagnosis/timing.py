@@ -15,12 +15,7 @@ from sosml_friction.report.common.figure import Figure
 
 
 class Timing(Figure[JointResidual]):
-    """
-    Draw the autocorrelation of the whitened rest, and the error were effort earlier or later.
-
-    A rest that is noise stays within the dotted lines. The lowest point of the curve on the right
-    is by how much the measured effort is later than the model says.
-    """
+    """Draw the autocorrelation of the whitened rest, and the error by the time of effort."""
 
     identifier = 'timing'
     title = 'Noise, and the time of effort'
@@ -51,14 +46,10 @@ class Timing(Figure[JointResidual]):
             place, least = lowest(shifts, error)
             right.plot(1e3 * place, least, 'o', color=colour)
             right.annotate(
-                milliseconds(place),
-                (1e3 * place, least),
-                xytext=(6, -4 if colour == drawing.AFTER else 8),
-                textcoords='offset points',
-                fontsize=drawing.FONT,
-                color=colour,
-                in_layout=False,
-            )
+                milliseconds(place), (1e3 * place, least), textcoords='offset points',
+                xytext=(6, -4 if colour == drawing.AFTER else 8), fontsize=drawing.FONT,
+                color=colour, in_layout=False,
+            )  # fmt: skip
         right.axvline(0.0, color=drawing.GREY, linewidth=0.8)
         right.set_ylim(bottom=0.0)
         drawing.label_axes(right, 'effort later than position by [ms]', f'error [{view.unit}]')

@@ -28,13 +28,7 @@ _AXES_SHARE = 0.92
 
 
 class Overview(Figure[JointView]):
-    """
-    Draw position, velocity, effort and estimated friction over time with the law's prediction.
-
-    Windows of steady motion are shaded; those not used are hatched and have the number of their
-    row in the table, the legend says why. Lines of many samples are drawn as their envelope. Of
-    many observers a few are drawn.
-    """
+    """Draw position, velocity, effort and friction over time, with the law's prediction."""
 
     identifier = 'overview'
     title = 'The recording over time'
@@ -138,11 +132,8 @@ def _robust_height(axes: Axes, values: FloatArray) -> None:
 #: Hatched as well as coloured: pale green and pale red are one colour to some.
 USED: dict[str, Any] = {'facecolor': '#d3ebe0', 'edgecolor': 'none'}
 REJECTED: dict[str, Any] = {
-    'facecolor': '#faf0ec',
-    'edgecolor': '#d9a48f',
-    'hatch': '////',
-    'linewidth': 0.0,
-}
+    'facecolor': '#faf0ec', 'edgecolor': '#d9a48f', 'hatch': '////', 'linewidth': 0.0,
+}  # fmt: skip
 _MARK = '#9a3412'
 #: Width of a digit as a share of the type's size, and the room between two marks.
 _DIGIT, _ROOM = 0.62, 0.5
@@ -193,7 +184,6 @@ def number_rejected(axes: Axes, rows: Sequence[SegmentRow], width: float) -> lis
 
     The longest first, in as many rows as needed, none over another.
 
-    :param axes: its limits of time are final.
     :param width: of the axes on paper, in points.
     """
     first, last = axes.get_xlim()

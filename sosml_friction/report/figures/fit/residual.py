@@ -29,14 +29,7 @@ _POINTS = 1200
 
 
 class LawResidual(Figure[JointView]):
-    """
-    Draw the residual of the model's fit against velocity, position and time, and with itself.
-
-    Samples in the windows used (in motion where there are none), by direction of motion, with
-    their mean in bins; against velocity also the levels of the windows of each observer, with the
-    standard deviation of the residual of the fit. The last panel is the autocorrelation within
-    windows, with the 95 % band of white noise.
-    """
+    """Draw what the model's fit leaves against velocity, position and time, and with itself."""
 
     identifier = 'residual'
     title = 'What the law leaves'
@@ -133,13 +126,9 @@ def _levels(axes: Axes, view: JointView) -> tuple[list[Any], float]:
             continue
         style = view.style(observer)
         look: dict[str, Any] = {
-            'linestyle': '',
-            'marker': style.marker,
-            'markersize': 6,
-            'color': style.colour,
-            'markeredgecolor': drawing.marker_edge(style),
-            'markeredgewidth': 0.7,
-        }
+            'linestyle': '', 'marker': style.marker, 'markersize': 6, 'color': style.colour,
+            'markeredgecolor': drawing.marker_edge(style), 'markeredgewidth': 0.7,
+        }  # fmt: skip
         axes.plot(*left, zorder=4, **look)
         largest = max(largest, float(np.max(np.abs(np.nan_to_num(left[1])), initial=0.0)))
         label = f'{observer_label(observer)}, level of a window'

@@ -14,7 +14,6 @@ from matplotlib.patches import Patch
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.law.law_curve import band, fitted_law
-from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.drawing import Style
@@ -47,15 +46,7 @@ class _Levels(NamedTuple):
 
 
 class SShape(Figure[JointView]):
-    """
-    Draw tau_f against velocity and against the logarithm of speed, two panels per observer.
-
-    Samples (thinned), levels of windows with the standard deviation within each, the fitted law
-    with its 95 % band, the truth where it is known; windows not used are pale. The law is dotted
-    below the slowest window used: there it is extrapolated. The lower panels have the friction
-    that opposes motion, sgn(v) (tau_f - bias), of both directions over one another, so that the
-    knee and what is not symmetric are seen.
-    """
+    """Draw tau_f against velocity and against the logarithm of speed, two panels per observer."""
 
     identifier = 's_shape'
     title = 'Friction against velocity'
@@ -98,22 +89,14 @@ class SShape(Figure[JointView]):
                 knee.set_visible(False)
                 continue
             observer = block[place]
-            draw_panel(
-                whole, view, observer, levels[observer], (1e-4 * limit, limit), folded=False
-            )
-            draw_panel(
-                knee, view, observer, levels[observer], (slowest, 1.1 * fastest), folded=True
-            )
-            whole.set_ylim(heights[0])
-            knee.set_ylim(heights[1])
-            unit = view.effort_unit
-            drawing.label_axes(whole, f'velocity [{view.velocity_unit}]', f'friction τ_f [{unit}]')
-            drawing.label_axes(
-                knee, f'speed [{view.velocity_unit}]', f'sgn(v) (τ_f − bias) [{unit}]'
-            )
-            if place:
-                whole.set_ylabel('')
-                knee.set_ylabel('')
+            for axes, folded, span, x, y in (
+                (whole, False, (1e-4 * limit, limit), 'velocity', 'friction τ_f'),
+                (knee, True, (slowest, 1.1 * fastest), 'speed', 'sgn(v) (τ_f − bias)'),
+            ):
+                draw_panel(axes, view, observer, levels[observer], span, folded)
+                axes.set_ylim(heights[folded])
+                height = '' if place else f'{y} [{view.effort_unit}]'
+                drawing.label_axes(axes, f'{x} [{view.velocity_unit}]', height)
             whole.locator_params(axis='x', nbins=5)
             mark = ' (the model)' if observer == view.preferred else ''
             whole.set_title(
@@ -167,7 +150,8 @@ def draw_panel(
     :param folded: both directions over one another, against the logarithm of speed.
     """
     style, fit, tau_f = view.style(observer), view.fits[observer].fit, view.estimates[observer]
-    law, bias = fitted_law(fit), _bias(fit)
+    law = fitted_law(fit)
+    bias = _bias(law)
     slowest, fastest = span
     standstill = max(view.zero_band, slowest) if folded else view.zero_band
     axes.axvspan(slowest if folded else -standstill, standstill, color=_ZERO_BAND, zorder=0.4,
@@ -195,8 +179,7 @@ def draw_panel(
             _law(axes, x, y, band(fit, branch), np.abs(branch) >= fit.slowest, style)
         if view.truth is not None and not again:
             truth = view.truth.make_law()
-            true_bias = truth.parameters.get('bias', 0.0)
-            axes.plot(*_fold(branch, truth.torque(branch), true_bias, folded), color='black',
+            axes.plot(*_fold(branch, truth.torque(branch), _bias(truth), folded), color='black',
                       linestyle='--', linewidth=1.1, zorder=2.7)  # fmt: skip
     if folded:
         drawing.log_axis(axes)
@@ -245,8 +228,7 @@ def _points(
     )  # fmt: skip
 
 
-def _bias(fit: LawFit) -> float:
-    law = fitted_law(fit)
+def _bias(law: FrictionLaw | None) -> float:
     return 0.0 if law is None else law.parameters.get('bias', 0.0)
 
 
@@ -265,7 +247,8 @@ def panel_height(
 
     for observer, some in levels.items():
         tau_f, fit = view.estimates[observer], view.fits[observer].fit
-        law, bias, known = fitted_law(fit), _bias(fit), inside & np.isfinite(tau_f)
+        law, known = fitted_law(fit), inside & np.isfinite(tau_f)
+        bias = _bias(law)
         # Below the data only transients of reversals are left, which would flatten the knee.
         used = np.abs(some.velocity[some.used])
         slow = float(used.min()) if len(used) else fit.slowest
@@ -285,7 +268,7 @@ def panel_height(
                 beyond.append(curve(law, bias, 0.0))
         if view.truth is not None:
             truth = view.truth.make_law()
-            values.append(curve(truth, truth.parameters.get('bias', 0.0), floor))
+            values.append(curve(truth, _bias(truth), floor))
     everything = np.concatenate(values)
     everything = everything[np.isfinite(everything)]
     if not len(everything):

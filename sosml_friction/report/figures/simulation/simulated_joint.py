@@ -9,7 +9,7 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
-from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
+from sosml_friction.report.simulation.document import SimulatedJoint
 from sosml_friction.simulation.recorded.recorded_simulation import CLOSED_LOOP, WINDOWS
 
 #: Interval, in median sampling intervals, at which a line is broken. Chosen, no measurement.
