@@ -9,12 +9,10 @@ from typing import Any
 
 from rich.console import Console, RenderableType
 
-from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.parameter import Z_95, Parameter
 
 #: Width of tables [characters].
 _WIDTH = 100
-#: Half of a 95 % interval in standard errors, where a parameter brings no interval.
-_NORMAL = 1.96
 
 
 class Result(ABC):
@@ -40,7 +38,7 @@ def interval_of(parameter: Parameter) -> tuple[float, float]:
     """Return the 95 % interval, its own or that of the standard error; NaN where none is known."""
     if parameter.interval is not None:
         return float(parameter.interval[0]), float(parameter.interval[1])
-    half = _NORMAL * parameter.std_error
+    half = Z_95 * parameter.std_error
     return parameter.value - half, parameter.value + half
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.law.law_curve import fitted_law
+from sosml_friction.model.parameter import Z_95
 
 _BINS = 40
 #: A mean of fewer samples is not given.
@@ -116,4 +117,4 @@ def autocorrelation(residual: Residual, lags: int) -> tuple[FloatArray, IndexArr
 
 def white_band(pairs: IndexArray) -> FloatArray:
     """Return what the autocorrelation of white noise stays below at 95 % of the lags."""
-    return np.asarray(1.96 / np.sqrt(np.maximum(pairs, 1)))
+    return np.asarray(Z_95 / np.sqrt(np.maximum(pairs, 1)))

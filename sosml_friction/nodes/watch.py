@@ -22,6 +22,7 @@ from rich.text import Text
 from sensor_msgs.msg import JointState
 
 from sosml_friction.identification.number_text import format_number
+from sosml_friction.model.parameter import Z_95
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN
 from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.table import terminal_table
@@ -84,7 +85,7 @@ class Heard:
         for joint, own, told in self.joints():
             velocity, effort, friction, error = own.values()
             numbers = (format_number(velocity), format_number(effort))
-            known = (format_number(friction, error), format_number(1.96 * error, error))
+            known = (format_number(friction, error), format_number(Z_95 * error, error))
             yield joint, *numbers, *known, told
 
     def _silence(self, topic: str) -> str:
