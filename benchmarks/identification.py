@@ -222,7 +222,6 @@ def fits_of(
                     {name: observer},
                     settings,
                     require=False,
-                    alternatives=False,
                 )
                 label = f'{method}, {observer_label(name)}'
                 fits[label] = fit, found.seconds[name] + spent()

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with a recording, before anything is fitted to it."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -84,6 +86,10 @@ class DataChecks:
     def not_fitted(self) -> dict[str, str]:
         """Return by joint why it is not fitted though it may report effort."""
         return {**self.refused, **self.resting}
+
+    def told(self, *findings: DataFinding) -> DataChecks:
+        """Return the same with more that was found."""
+        return replace(self, findings=(*self.findings, *findings))
 
     @property
     def sentences(self) -> tuple[str, ...]:

@@ -146,7 +146,6 @@ def fit_friction(
     observers: Mapping[str, Observer],
     settings: FitSettings | None = None,
     require: bool = True,
-    alternatives: bool = True,
     doubt: BodyDoubt | None = None,
 ) -> FrictionFit:
     """
@@ -156,7 +155,6 @@ def fit_friction(
     :param estimates: tau_f per observer (N, n) in the robot's joint order, on the log's stamps.
     :param observers: the observers that made them, for their lag.
     :param require: whether to refuse a recording of which no joint can be fitted alone.
-    :param alternatives: whether to make the other method's fit where the first one's succeeds.
     :param doubt: what the bodies are off by, and how surely; None where they are exact.
     :raises DataError: if no joint can be fitted; the sentence names each reason.
     """
@@ -179,7 +177,7 @@ def fit_friction(
         for observer, tau_f in estimates.items():
             lag_of = observers[observer]
             try:
-                chosen, other = task.fit(observer, tau_f[:, i], lag_of, alternatives)
+                chosen, other = task.fit(observer, tau_f[:, i], lag_of)
             except DataError as error:
                 unavailable[name] = str(error)
                 found = task.best_rows(tau_f[:, i], lag_of)
@@ -258,7 +256,7 @@ class _JointTask:
         return int(np.ceil(np.log(rest) / np.log(slowest))) if 0.0 < slowest < 1.0 else 0
 
     def fit(
-        self, observer: str, tau_f: FloatArray, lag_of: Observer, both: bool = True
+        self, observer: str, tau_f: FloatArray, lag_of: Observer
     ) -> tuple[JointFit, JointFit | None]:
         order = self._order()
         fits: list[JointFit] = []
@@ -269,8 +267,6 @@ class _JointTask:
                 chooses = self.settings.method not in ('segments', 'samples')
                 if not fits and (method == order[1] or not chooses):
                     raise
-            if fits and not both:
-                break
         return fits[0], fits[1] if len(fits) > 1 else None
 
     def _order(self) -> tuple[str, str]:

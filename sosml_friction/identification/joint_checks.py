@@ -92,7 +92,7 @@ class JointChecks:
 
 
 def check_joint(
-    log: JointLog, robot: Robot, i: int, slopes: Slopes | None = None, free_rotor: bool = False
+    log: JointLog, robot: Robot, i: int, slopes: Slopes, free_rotor: bool = False
 ) -> tuple[JointChecks, FloatArray, FloatArray, list[DataFinding]]:
     """
     Return what was measured of joint i, velocity and effort as far as they can be used (N,).
@@ -100,10 +100,9 @@ def check_joint(
     The last of the four is what was found.
 
     :param log: stamps that rise, every position known, joints in the order of ``robot``.
-    :param slopes: those of ``log``; None to compute them.
+    :param slopes: those of ``log``.
     :param free_rotor: whether its armature is not known.
     """
-    slopes = slopes or Slopes.of(log)
     name, limit = robot.names[i], robot.limits[i]
     way = 'rad' if robot.effort_units[i] == 'Nm' else 'm'
     q, tau = log.q[:, i], log.tau[:, i].copy()

@@ -136,8 +136,7 @@ def analyse_log(
     silent = not effort_hold and not (recorded and recorded.effort_hold)
     log, together = block_means(log, () if silent else holds)
     if together > 1:
-        said = DataFinding('means', ALL_JOINTS, NOTE, block_sentence(log, together))
-        checks = replace(checks, findings=(*checks.findings, said))
+        checks = checks.told(DataFinding('means', ALL_JOINTS, NOTE, block_sentence(log, together)))
         holds = ('mean',) * len(holds)
     exact = settings.body_tolerance == 0.0 and not nominal.unknown_armature
     if compared is None and exact and not silent:
@@ -155,13 +154,12 @@ def analyse_log(
         if timing.is_told(log.step):
             holds = (timing.hold(log.step),) * len(holds)
         if compared.late is None:
-            said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step))
-            checks = replace(checks, findings=(*checks.findings, said))
+            checks = checks.told(DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step)))
     if body is not None:
         nominal = body.model
         robot = nominal.make_robot()
         told = [DataFinding('rigid_body', ALL_JOINTS, NOTE, text) for text in body.sentences()]
-        checks = replace(checks, findings=(*checks.findings, *told))
+        checks = checks.told(*told)
     if recorded is None or bandwidth is not None or observers is not None:
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     else:
@@ -256,8 +254,7 @@ def _with_ripple(
             slopes = (partial(shown_by_slope, log.step),) if used == WEAK_FORM else ()
             shift = shift_by_ripple(found[name], curve, *slopes)
             joints[name] = {**fits, used: replace(fits[used], fit=law.with_shift(shift))}
-    checks = replace(checks, findings=(*checks.findings, *told))
-    return replace(fit, joints=joints), found, checks
+    return replace(fit, joints=joints), found, checks.told(*told)
 
 
 def effort_holds(
@@ -306,7 +303,7 @@ def _with_corrected_effort(
         log = replace(log, tau=correction.torque(log.tau))
         sentence = f'effort was corrected by the model: {", ".join(correction.done)}'
         found.append(DataFinding('effects', ALL_JOINTS, NOTE, sentence))
-    return log, replace(checks, findings=(*checks.findings, *found))
+    return log, checks.told(*found)
 
 
 def _with_averaged(
@@ -333,8 +330,7 @@ def _with_averaged(
         f'the law that is fitted holds the {names} of the model on average, and the fitted model '
         'is without: --terms fits them beside a law'
     )
-    found = DataFinding('effects', ALL_JOINTS, LEFT_OUT, sentence)
-    return replace(checks, findings=(*checks.findings, found))
+    return checks.told(DataFinding('effects', ALL_JOINTS, LEFT_OUT, sentence))
 
 
 def _with_loads(
@@ -346,19 +342,14 @@ def _with_loads(
 ) -> DataChecks:
     """Return the checks with what friction by load, which no model states, does to the laws."""
     stated = {term.joint for term in (*nominal.effects, *fitted.effects) if term.effect == LOAD}
-    found = []
     for joint, p in loads.items():
         if joint in stated or joint not in fit.joints:
             continue
         share = plus_minus(100.0 * p.value, 100.0 * half_width(p), '%')
-        found.append(
-            DataFinding(
-                'load',
-                joint,
-                WARNING,
-                f'{share} of the load of joint {joint} is friction besides, which the law that '
-                'is fitted holds on average: its Coulomb friction is that of a joint under load; '
-                f'--terms coulomb,viscous,stribeck,{LOAD} fits both',
-            )
+        what = (
+            f'{share} of the load of joint {joint} is friction besides, which the law that is '
+            'fitted holds on average: its Coulomb friction is that of a joint under load; '
+            f'--terms coulomb,viscous,stribeck,{LOAD} fits both'
         )
-    return replace(checks, findings=(*checks.findings, *found))
+        checks = checks.told(DataFinding('load', joint, WARNING, what))
+    return checks

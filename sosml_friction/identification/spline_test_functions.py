@@ -6,7 +6,6 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from sosml_friction.arrays import BoolArray, FloatArray
-from sosml_friction.identification.cubic_spline import cubic_spline
 from sosml_friction.observers.momentum_sampler import Stretch
 
 #: Test functions overlap: each begins a quarter of the support after the one before, which makes
@@ -70,3 +69,16 @@ def _matrices(
     shape = (len(starts), len(end))
     weights, slopes = upper - lower, (above - below) / h[index] / piece
     return csr_array((weights, index, bounds), shape), csr_array((slopes, index, bounds), shape)
+
+
+def cubic_spline(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """
+    Return the cubic B-spline of the knots -2, -1, 0, 1, 2 at x, and its integral from -2 to x.
+
+    ((2 - |x|)_+^3 - 4 (1 - |x|)_+^3) / 6, whose whole integral is 1.
+    """
+    far = np.abs(x)
+    outer, inner = np.maximum(2.0 - far, 0.0), np.maximum(1.0 - far, 0.0)
+    cubes, inner_cubes = outer * outer * outer, 4.0 * inner * inner * inner
+    beyond = (cubes * outer - inner_cubes * inner) / 24.0
+    return (cubes - inner_cubes) / 6.0, np.where(x > 0.0, 1.0 - beyond, beyond)

@@ -4,14 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs, savgol_filter
 
-from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.arrays import BoolArray, Entry, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
@@ -320,11 +321,14 @@ class WeakForm:
                 f'no {_SUPPORT_S:g} s of the recording are without a hole in '
                 'position, which the weak form needs: record without gaps'
             )
-        v = np.concatenate([piece.v[:, i] for piece in pieces])
-        y = np.concatenate([self._friction(piece, i) for piece in pieces])
-        lost = np.concatenate([piece.lost_effort(i) for piece in pieces])
-        late = np.concatenate([piece.late_effort(i) for piece in pieces])
-        middle = np.concatenate([piece.tests.middle for piece in pieces])
+
+        def joined(of: Callable[[_Piece], NDArray[Entry]]) -> NDArray[Entry]:
+            return np.concatenate([of(piece) for piece in pieces])
+
+        v = joined(lambda piece: piece.v[:, i])
+        y = joined(lambda piece: self._friction(piece, i))
+        lost = joined(lambda piece: piece.tests.weights @ piece.lost[:, i])
+        late = joined(lambda piece: piece.tests.weights @ piece.late[:, i])
         if not np.isfinite(y).any():
             raise DataError('the effort is missing in every part of the recording')
         ends = np.cumsum([len(piece.v) for piece in pieces])[:-1]
@@ -337,17 +341,17 @@ class WeakForm:
 
         doubt = None
         if self._doubt is not None:
-            doubt = np.concatenate([self._bodies(piece) for piece in pieces])[:, i, 1:]
+            doubt = joined(self._bodies)[:, i, 1:]
         extra = None
         if self.settings.refit_inertia:
-            extra = np.concatenate([piece.inertial(i) for piece in pieces])[:, None]
+            extra = joined(lambda piece: piece.inertial(i))[:, None]
             y = y + extra[:, 0]
         # The mean of f(v + noise) is f + variance f'' / 2, which the second difference takes off
         # where v has a noise of its own. A smoothed v is without what is not known of the true
         # one: the mean of friction is then that of f about it. Faster than this the law is next
         # to straight over the noise.
-        rows = np.concatenate([piece.tests.rows for piece in pieces])
-        first = np.concatenate([piece.tests.before for piece in pieces])
+        rows = joined(lambda piece: piece.tests.rows)
+        first = joined(lambda piece: piece.tests.before)
         variance = 0.5 * (self._variance[first, i] + self._variance[rows, i])
         # And the mean over both ends of an interval is not that of their mean velocity.
         variance += 0.25 * (self._log.v[rows, i] - self._log.v[first, i]) ** 2
@@ -375,7 +379,7 @@ class WeakForm:
             return LawRows(
                 around,
                 y,
-                (middle / _CLUSTER_S).astype(np.int64),
+                (joined(lambda piece: piece.tests.middle) / _CLUSTER_S).astype(np.int64),
                 known,
                 means(v),
                 unbiased,
@@ -463,7 +467,8 @@ class _Piece:
     ) -> None:
         self.tests = tests
         self.v = 0.5 * (log.v[tests.before] + log.v[tests.rows])
-        self._forcing, self._lost, self._late = stretch.samples.forcing, lost_effort, late_effort
+        # Of the forcing: the part of lost samples, and of one standard error of when it acts.
+        self.lost, self.late, self._forcing = lost_effort, late_effort, stretch.samples.forcing
         self.bodies: FloatArray | None = None
         self._coriolis = np.zeros_like(tests.momentum)
         if twisted is not None and tests.count:
@@ -474,14 +479,6 @@ class _Piece:
     def friction(self, i: int) -> FloatArray:
         """Return the means of tau_f, (K,)."""
         return np.array(self.tests.weights @ self._forcing[:, i] + self.tests.momentum[:, i])
-
-    def lost_effort(self, i: int) -> FloatArray:
-        """Return the part of lost samples in these means, (K,)."""
-        return np.array(self.tests.weights @ self._lost[:, i])
-
-    def late_effort(self, i: int) -> FloatArray:
-        """Return what one standard error of when effort acts adds to these means, (K,)."""
-        return np.array(self.tests.weights @ self._late[:, i])
 
     def inertial(self, i: int) -> FloatArray:
         """Return the means of p' - C^T q' = M q'' + C q', (K,)."""

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The profile of the cost over the Stribeck velocity, and what it leaves open."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +53,17 @@ class LawProfile:
         high = float(np.max((best + half) * faded))
         open_ = speed == 0.0 and bool(within[0])
         return max(low, 0.0), np.inf if open_ else max(high, 0.0)
+
+    def with_best(self, drawn: Mapping[str, float]) -> tuple[FloatArray, ...]:
+        """Return v_s, excess, S and half its range, the best fit ``drawn`` among the points."""
+        v, own = self.stribeck_velocity, (self.excess, self.stribeck, self.half)
+        v_s, size = drawn.get('stribeck_velocity', np.nan), drawn.get('stribeck', np.nan)
+        if not np.isfinite([v_s, size]).all() or np.isclose(v, v_s, rtol=1e-9, atol=0.0).any():
+            return v, *own
+        k = int(np.searchsorted(v, v_s))
+        best = (0.0, size, self.half[min(k, len(v) - 1)])
+        more = (np.insert(x, k, its) for x, its in zip(own, best, strict=True))
+        return np.insert(v, k, v_s), *more
 
 
 def _crossing(u: FloatArray, excess: FloatArray) -> float | None:

@@ -38,14 +38,8 @@ _ALONG = 5
 #: 1.5 * 1.96 = 2.9, about three standard errors.
 _SURE = 1.5
 _ORDER = (
-    'coulomb',
-    'viscous',
-    'stribeck',
-    'stribeck_velocity',
-    EXPONENT,
-    'bias',
-    'viscous_asymmetry',
-    'stribeck_asymmetry',
+    *('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', EXPONENT),
+    *('bias', 'viscous_asymmetry', 'stribeck_asymmetry'),
 )
 _NO_COULOMB = (
     'the best fit has no Coulomb friction, the Stribeck term stands in its place: the data do not '
@@ -287,7 +281,14 @@ class LawSummary:
                         v_s,
                     ),
                 }
-                return {**knee, **({EXPONENT: self._exponent()} if EXPONENT in best else {})}, True
+                if EXPONENT in best:
+                    knee[EXPONENT] = Parameter.estimated(
+                        best[EXPONENT],
+                        '1',
+                        float(np.sqrt(C[EXPONENT, EXPONENT])),
+                        self.quantile[EXPONENT],
+                    )
+                return knee, True
         # What may fade below the slowest speed may be anything at standstill: no data reach there.
         reaches = v_s[0] >= self.search.slowest
         low, high = profile.stribeck_interval() if reaches else (0.0, np.inf)
@@ -302,11 +303,6 @@ class LawSummary:
         if not shown and self.problem.stribeck_at(self.search.full) <= 0.0:
             knee['stribeck'] = replace(knee['stribeck'], flags=(NOT_IDENTIFIABLE, AT_BOUND))
         return knee, False
-
-    def _exponent(self) -> Parameter:
-        """Return the exponent that was found."""
-        error = float(np.sqrt(self.C[EXPONENT, EXPONENT]))
-        return Parameter.estimated(self.best[EXPONENT], '1', error, self.quantile[EXPONENT])
 
     def _at_slowest(self, profile: LawProfile) -> Parameter:
         """Return the extra friction at the slowest speed of the data."""
