@@ -15,7 +15,6 @@ from sosml_friction.exceptions import DataError, MotionError
 from sosml_friction.identification.friction_fit import REGRESSION, WEAK_FORM, FrictionFit, JointFit
 from sosml_friction.identification.inverse_model import InverseFits
 from sosml_friction.identification.law.law_fit import LawFit
-from sosml_friction.identification.output_error.controlled import OutputErrorFit
 from sosml_friction.identification.output_error.fits import (
     OUTPUT_ERROR,
     OutputErrorFits,
@@ -24,6 +23,7 @@ from sosml_friction.identification.output_error.fits import (
     fit_controlled,
     is_alone,
 )
+from sosml_friction.identification.output_error.output_error_fit import OutputErrorFit
 from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.robot import Robot

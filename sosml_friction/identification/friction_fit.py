@@ -224,7 +224,7 @@ class _JointTask:
     ) -> None:
         self.name, self.unit, self.i = robot.names[i], robot.effort_units[i], i
         self.time, q = log.time, log.q[:, i]
-        self.step = float(np.median(np.diff(self.time)[np.diff(self.time) > 0.0]))
+        self.step = log.step
         settle = max((self._memory(observer, 0.01) for observer in observers), default=0)
         trim = max(settings.segments.trim_s, settle * self.step)
         self.settings = replace(settings, segments=replace(settings.segments, trim_s=trim))

@@ -5,7 +5,7 @@
 import numpy as np
 from scipy.sparse import csr_array
 
-from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.momentum_sampler import Stretch
 
 #: Test functions overlap: each begins a quarter of the support after the one before, which makes
@@ -38,10 +38,6 @@ class SplineTestFunctions:
         self.middle = starts + 0.5 * support
         self.weights, slopes = _matrices(starts, support, end, samples.h)
         self.momentum = slopes @ samples.integral
-
-    def cover(self, time: FloatArray) -> BoolArray:
-        """Return which times are between the first and the last middle."""
-        return (time >= self.middle[0]) & (time <= self.middle[-1])
 
 
 def _matrices(

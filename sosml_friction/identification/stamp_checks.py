@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether stamps are the times of measurement, and how much viscous friction they feign if not."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 

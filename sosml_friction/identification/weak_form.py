@@ -180,7 +180,8 @@ class WeakForm:
             stretch = replace(stretch, samples=replace(samples, forcing=samples.forcing + lost))
             self._stretches.append(stretch)
             late = self._unsure * self._rise(stretch)
-            self._pieces.append(_Piece(tests, log, stretch, twisted, lost, late))
+            if tests.count:
+                self._pieces.append(_Piece(tests, log, stretch, twisted, lost, late))
 
     def _lost_effort(self, stretch: Stretch) -> FloatArray:
         """
@@ -281,15 +282,12 @@ class WeakForm:
         means = rows.y
         if rows.extra is not None:
             means = means - rows.extra[:, 0]
-        pieces = [piece for piece in self._pieces if piece.tests.count]
-        middle = np.concatenate([piece.tests.middle for piece in pieces])
+        middle = np.concatenate([piece.tests.middle for piece in self._pieces])
         tau_f = np.full(len(self.time), np.nan)
-        for piece in pieces:
-            tests = piece.tests
-            inside = tests.cover(self.time)
-            tau_f[inside] = np.interp(
-                self.time[inside], piece.tests.middle, self._friction(piece, i)
-            )
+        for piece in self._pieces:
+            known = piece.tests.middle
+            inside = (self.time >= known[0]) & (self.time <= known[-1])
+            tau_f[inside] = np.interp(self.time[inside], known, self._friction(piece, i))
         fit = rows.fit(self.robot.effort_units[i])
         inertia = self._inertia(fit.extra[0]) if fit.extra else None
         return WeakFit(fit, inertia, middle, means, self._support, tau_f)
@@ -315,7 +313,7 @@ class WeakForm:
         return self._rows[asked]
 
     def _posed(self, i: int, smoothing_velocity: float | None) -> LawRows:
-        pieces = [piece for piece in self._pieces if piece.tests.count]
+        pieces = self._pieces
         if not pieces:
             raise DataError(
                 f'no {_SUPPORT_S:g} s of the recording are without a hole in '
@@ -471,7 +469,7 @@ class _Piece:
         self.lost, self.late, self._forcing = lost_effort, late_effort, stretch.samples.forcing
         self.bodies: FloatArray | None = None
         self._coriolis = np.zeros_like(tests.momentum)
-        if twisted is not None and tests.count:
+        if twisted is not None:
             q, v = log.q[tests.rows], log.v[tests.rows]
             twist = [twisted.coriolis(*at).T @ at[1] for at in zip(q, v, strict=True)]
             self._coriolis = tests.weights @ np.array(twist)

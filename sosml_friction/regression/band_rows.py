@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -86,6 +86,12 @@ class BandRows:
             [columns_in_band(signals, candidate) for candidate in candidates],
             [columns_in_band(signals, candidate) for candidate in structures],
         )
+
+    def in_joint(self, joint: int) -> Iterator[tuple[Candidate, list[ColumnArray]]]:
+        """Yield the candidates that act in a joint, with their columns there (K, g, k)."""
+        for candidate, (joints, columns) in zip(self.candidates, self.columns, strict=True):
+            for k in np.flatnonzero(joints == joint):
+                yield candidate, [part[:, k] for part in columns]
 
     def without_standstill(self, resting: tuple[Signals, ...]) -> BandRows:
         """

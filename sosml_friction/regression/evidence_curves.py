@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Free curves beside a fit, as large as the data say: variances by evidence."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

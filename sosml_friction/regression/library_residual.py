@@ -215,13 +215,11 @@ def _design_matrix(rows: BandRows, joint: int, s: int, part: slice) -> FloatArra
     Of some rows of a stretch. Points of a larger grid are fitted one after the other.
     """
     stack = [rows.nominal_columns[s][part, joint]]
-    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
-        at = np.flatnonzero(joints == joint)
-        if len(at) and len(candidate.grid) <= SMALL_GRID:
-            stack.append(columns[s][part, at[0]].reshape(len(stack[0]), -1))
+    for candidate, columns in rows.in_joint(joint):
+        if len(candidate.grid) <= SMALL_GRID:
+            stack.append(columns[s][part].reshape(len(stack[0]), -1))
     joints, columns = rows.structure_columns[joint]
-    at = np.flatnonzero(joints == joint)
-    stack.append(columns[s][part, at[0]].reshape(len(stack[0]), -1))
+    stack.append(columns[s][part, int(np.argmax(joints == joint))].reshape(len(stack[0]), -1))
     return np.concatenate(stack, axis=1)
 
 
@@ -232,11 +230,9 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
     They are sinusoids of position; left in, the noise model would whiten them away. The strongest
     is fitted and taken off, again and again, while it takes more than chance would.
     """
-    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
-        at = np.flatnonzero(joints == joint)
-        if not len(at) or len(candidate.grid) <= SMALL_GRID:
+    for candidate, parts in rows.in_joint(joint):
+        if len(candidate.grid) <= SMALL_GRID:
             continue
-        parts = [part[:, at[0]] for part in columns]
         C = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)
         inverse = np.linalg.pinv(squares(C[:, None]))
         kept: list[FloatArray] = []

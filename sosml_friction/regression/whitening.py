@@ -136,35 +136,23 @@ def _contacts(
     :param second: that, as a share of effort: the square of the tolerance, the second order.
     """
     friction = 2.0 * _coulomb(rows)
-    parts = [
-        x - np.where(in_motion(s, len(x)), 0.0, np.clip(x, -friction, friction))
-        for s, x in zip(
-            resting, (np.stack(own, axis=1) for own in zip(*left, strict=True)), strict=True
-        )
-    ]
-    residual, moving, times, load, wrong = [], [], [], [], []
+    parts = []
     band = rows.signals[0].band
     # With the rests that were taken out: zeros are no usual size, whether friction there is known
     # or not.
-    for s, part in zip(resting, parts, strict=True):
+    for s, nominal, *own in zip(resting, rows.residual, *left, strict=True):
+        x = np.stack(own, axis=1)
+        moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
         kept = slice(s.band.first, None, s.band.factor)
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, LOAD_SMOOTHER)
-        residual.append(part[ORDER:])
-        moving.append(in_motion(s, len(part))[ORDER:])
-        times.append(s.time[kept][: len(part)][ORDER:])
-        load.append(body[kept][: len(part)][ORDER:])
-        wrong.append(second * np.abs(s.band.apply(s.tau))[: len(part)][ORDER:])
-    return find_contacts(
-        np.concatenate(residual),
-        np.concatenate(times),
-        band.output_step,
-        np.concatenate(load),
-        np.concatenate(moving),
-        np.concatenate([part[ORDER:] for part in rows.residual]),
-        -(-band.half // band.factor) + ORDER,
-        np.concatenate(wrong),
-    )
+        residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
+        wrong = second * np.abs(s.band.apply(s.tau))
+        columns = (residual, s.time[kept], body[kept], moves, nominal, wrong)
+        parts.append([column[seen] for column in columns])
+    residual, times, load, moving, expected, wrong = map(np.concatenate, zip(*parts, strict=True))
+    reach = -(-band.half // band.factor) + ORDER
+    return find_contacts(residual, times, band.output_step, load, moving, expected, reach, wrong)
 
 
 def _coulomb(rows: BandRows) -> FloatArray:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a fitted law says of each of its parameters."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cached_property
 
@@ -15,18 +13,13 @@ from sosml_friction.identification.identifiability import (
     experiment_for,
     reason_for,
 )
-from sosml_friction.identification.law.even_part import even_part
 from sosml_friction.identification.law.jackknife import t_95
-from sosml_friction.identification.law.law_checks import dissipation_check
+from sosml_friction.identification.law.law_checks import dissipation_check, even_part
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
-from sosml_friction.identification.law.law_problem import (
-    EXPONENT,
-    NON_NEGATIVE,
-)
-from sosml_friction.identification.law.law_profile import LawProfile
+from sosml_friction.identification.law.law_problem import EXPONENT, NON_NEGATIVE
+from sosml_friction.identification.law.law_profile import LawProfile, about_best
 from sosml_friction.identification.law.law_search import HIDDEN, LawSearch, within
 from sosml_friction.identification.law.other_laws import OtherLaws
-from sosml_friction.identification.law.stribeck_profile import about_best, stribeck_profile
 from sosml_friction.identification.parameter_interval import AT_ZERO
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
@@ -85,7 +78,15 @@ class LawSummary:
     @cached_property
     def profile(self) -> LawProfile | None:
         """Return the profile of the cost over v_s."""
-        return self._profile() if self.form.law != 'coulomb_viscous' else None
+        if self.form.law == 'coulomb_viscous':
+            return None
+        if not self.shown:
+            limit = self.search.limit(self.search.full, 'stribeck', ('stribeck_velocity',))
+            return LawProfile.over(self.search, limit)
+        v_s, variance = self.best['stribeck_velocity'], self.C[('stribeck_velocity',) * 2]
+        half = self.quantile['stribeck_velocity'] * float(np.sqrt(variance))
+        limit = self.search.limit(self.solution, 'stribeck_velocity')
+        return LawProfile.over(self.search, limit, about_best(self.search, v_s, half / v_s))
 
     @cached_property
     def others(self) -> OtherLaws:
@@ -227,21 +228,6 @@ class LawSummary:
             )
         error = max(found.std_error, 0.5 * (interval[1] - interval[0]) / quantile)
         return replace(found, std_error=error, interval=interval)
-
-    def _profile(self) -> LawProfile:
-        """Return the profile of the cost over v_s."""
-        near = None
-        if self.shown:
-            v_s, variance = self.best['stribeck_velocity'], self.C[('stribeck_velocity',) * 2]
-            half = self.quantile['stribeck_velocity'] * float(np.sqrt(variance))
-            near = about_best(self.search, v_s, half / v_s)
-        return stribeck_profile(self.search, self._limit(), near)
-
-    def _limit(self) -> float:
-        """Return the rise of the cost up to which v_s is within the profile."""
-        if self.shown:
-            return self.search.limit(self.solution, 'stribeck_velocity')
-        return self.search.limit(self.search.full, 'stribeck', ('stribeck_velocity',))
 
     def _knee(self) -> tuple[dict[str, Parameter], bool]:
         """Return S and v_s, and whether the data give both."""
