@@ -107,7 +107,6 @@ def check_data(
     effort that saturates and for all effort of a joint that is refused: it is then not fitted, and
     ``refused`` says why. A run without position is left out as if it had never been received.
 
-    :param log: the recording; its joints include the robot's.
     :param robot: its limits and gravity are what the data are held against.
     :param recovery: what a cut-off bag says of itself, empty for a whole one.
     :param free_rotors: joints whose armature is not known.

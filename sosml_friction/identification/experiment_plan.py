@@ -123,8 +123,6 @@ def plan_experiment(
     estimates from independent levels at known speeds, with the law true; they depend on the
     assumed parameters, most on v_s.
 
-    :param wanted: standard errors by parameter.
-    :param budget_s: longest duration of the ladder [s].
     :param assumed: parameters of the Stribeck law (17), see
         :mod:`~sosml_friction.model.laws`.
     :raises ConfigurationError: if a name or number cannot be used, or the budget is too short for

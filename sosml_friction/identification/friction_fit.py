@@ -151,7 +151,6 @@ def fit_friction(
     """
     Fit every joint and observer.
 
-    :param log: the recording; its joints include the robot's.
     :param estimates: tau_f per observer (N, n) in the robot's joint order, on the log's stamps.
     :param observers: the observers that made them, for their lag.
     :param require: whether to refuse a recording of which no joint can be fitted alone.
@@ -348,11 +347,7 @@ class _JointTask:
         return replace(fit, law=law, parameters=kept)
 
     def _levels(self, tau_f: FloatArray, lag_of: Observer) -> FloatArray:
-        """
-        Return the levels of the segments, beside the bodies that the motion shows.
-
-        Without what an observer says that just started.
-        """
+        """Return the segments' levels beside the bodies, without an observer that just started."""
         index = np.arange(len(tau_f))
         since = index - np.maximum.accumulate(np.where(np.isfinite(tau_f), -1, index))
         settling = since <= self._memory(lag_of, 0.01)
@@ -360,11 +355,7 @@ class _JointTask:
         return levels + segment_levels(self.segments, self.added)
 
     def rows(self, method: str, tau_f: FloatArray, lag_of: Observer) -> LawRows:
-        """
-        Return what the fit of ``method``, ``segments`` or ``samples``, is made to.
-
-        :raises DataError: if the observer gave no estimate.
-        """
+        """Return what ``method`` is fitted to; a DataError if the observer gave no estimate."""
         if method == 'segments':
             used = np.array([not segment.rejected for segment in self.segments], dtype=bool)
             v = np.array([segment.velocity for segment in self.segments], dtype=float)

@@ -145,11 +145,7 @@ class _InverseTask:
         return np.split(rows, np.flatnonzero((jumps < 0.0) | (jumps > 2.0 * self.step)) + 1)
 
     def _columns(self, time: FloatArray, q: FloatArray, tau: FloatArray) -> FloatArray:
-        """
-        Return time, effort and the columns of the regression over one stretch, decimated.
-
-        Inertial and gravity torque, v and sgn(v) forwards, v and sgn(v) backwards, and 1.
-        """
+        """Return time, effort, inertia's and gravity's, v and sgn(v) forth, then back, and 1."""
         h = self.step
         edge = max(1, round(10.0 / self.cutoff / h))
         count = round(float(time[-1] - time[0]) / h) + 1

@@ -101,7 +101,6 @@ def check_joint(
     The last of the four is what was found.
 
     :param log: stamps that rise, every position known, joints in the order of ``robot``.
-    :param slopes: those of ``log``.
     :param free_rotor: whether its armature is not known.
     """
     name, limit = robot.names[i], robot.limits[i]
@@ -235,11 +234,7 @@ def _refusal(
     effort: EffortRelation | None,
     fewest_runs: int,
 ) -> tuple[str, str] | None:
-    """
-    Return (check, sentence) if the joint cannot be fitted.
-
-    :param fewest_runs: separate motions in the direction that has fewer.
-    """
+    """Return (check, sentence) if the joint cannot be fitted."""
     name, unit, limit = robot.names[i], robot.effort_units[i], robot.limits[i]
     way, other, per_unit = ('rad', 'degrees', 180.0 / np.pi) if unit == 'Nm' else ('m', 'mm', 1e3)
     convert = 'degrees to rad' if unit == 'Nm' else 'millimetres to m'

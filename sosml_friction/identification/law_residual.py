@@ -45,13 +45,7 @@ class Residual(NamedTuple):
 def law_residual(
     fit: JointFit, estimate: FloatArray, speed: FloatArray, zero_band: float
 ) -> Residual | None:
-    """
-    Return what the law leaves of an observer's estimate, None where there is no law.
-
-    :param estimate: tau_f (N,) [Nm or N].
-    :param speed: velocity (N,) [rad/s or m/s], NaN where unknown.
-    :param zero_band: slower is standstill [rad/s or m/s].
-    """
+    """Return what the law leaves of an observer's estimate, None where there is no law."""
     law = fitted_law(fit.fit)
     if law is None:
         return None

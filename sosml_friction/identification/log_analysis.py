@@ -108,8 +108,6 @@ def analyse_log(
     """
     Run the observers over a recording and fit friction to what they say.
 
-    :param log: the motion; its joints include the model's.
-    :param nominal: the robot, with its URDF.
     :param bandwidth: observers made by recipe with this bandwidth [rad/s] instead of ``recorded``.
     :param observers: which to run instead of ``recorded``, with gains from the noise, friction and
         motion measured in the log, or for ``bandwidth`` where that is given.
@@ -118,7 +116,6 @@ def analyse_log(
     :param recorded: the observers that ran on line; None for those of the recipe.
     :param controllers: returns the known controllers of joints, on the stamps of a log.
     :param source: which recording this is; None for that of the samples.
-    :param progress: called with each step that begins, in words.
     :param require: whether to refuse a recording of which no joint can be fitted alone.
     :param command: the command line that asked for it, for the provenance.
     :param compared: what several logs say of the bodies, and of when effort acts where nothing
@@ -233,11 +230,7 @@ def analyse_log(
 def _with_ripple(
     log: JointLog, robot: Robot, fit: FrictionFit, checks: DataChecks
 ) -> tuple[FrictionFit, dict[str, tuple[PlateauRipple, ...]], DataChecks]:
-    """
-    Return the fits, how evenly each joint moved, and the checks with what that does to its law.
-
-    A law has in its errors what ripple that its velocities do not show moves S and v_s by.
-    """
+    """Return fits with what hidden ripple does to S and v_s in their errors, ripple, checks."""
     joints, found, told = dict(fit.joints), {}, []
     for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
         fits = fit.joints.get(name, {})
@@ -292,11 +285,7 @@ def _with_warnings(unavailable: Mapping[str, str], checks: DataChecks) -> dict[s
 def _with_corrected_effort(
     log: JointLog, checks: DataChecks, model: RobotModelFile
 ) -> tuple[JointLog, DataChecks]:
-    """
-    Return the log with the torque behind its effort, as far as the model knows it, and say so.
-
-    :raises ConfigurationError: if the model's effects cannot be undone.
-    """
+    """Return the log with the torque behind its effort as far as known, and say so."""
     correction = EffortCorrection(model)
     found = [DataFinding('effects', ALL_JOINTS, LEFT_OUT, text) for text in correction.left_out]
     if correction:

@@ -1,10 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""
-Numbers as a person reads them: as many digits as the uncertainty supports, and no more.
-
-Plain ASCII, so that a table survives every terminal.
-"""
+"""Numbers as a person reads them: as many digits as the uncertainty supports, and no more."""
 
 import math
 from collections.abc import Mapping

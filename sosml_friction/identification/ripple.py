@@ -74,9 +74,6 @@ def measure_ripple(time: FloatArray, q: FloatArray) -> tuple[PlateauRipple, ...]
     noise and above what noise reaches by chance (chi2), and in the strongest line of a plateau if
     it is above chance (F) and larger than one of rounding. What the spectrum has there beyond the
     noise, times (2 pi f)^2, is that of the speed.
-
-    :param time: seconds (N,), rising; samples may be missing.
-    :param q: position (N,) [rad or m].
     """
     quantum = signal_noise(q)[0]
     spectra = [_Spectrum(time, q, own, quantum) for own in _plateaus(time, q)]

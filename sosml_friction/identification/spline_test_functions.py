@@ -20,9 +20,6 @@ class SplineTestFunctions:
     ``rows`` (N,) end the intervals of the stretch and ``before`` (N,) begin them; ``middle`` (K,)
     [s] of each phi; ``weights`` (K, N) integrate phi x; ``momentum`` (K, n) [Nm or N] is the
     integral of phi' p.
-
-    :param time: of each sample of the recording [s].
-    :param support: length of a phi [s].
     """
 
     def __init__(self, time: FloatArray, stretch: Stretch, support: float) -> None:
@@ -48,8 +45,6 @@ def _matrices(
 
     By the means of phi and phi' over each interval: at its middle, intervals of unequal length
     would leave of a momentum that does not change M v h^3 phi''' / 24 each, not nothing.
-
-    :param end: ends of the intervals (N,) [s]; ``h`` (N,) their lengths.
     """
     piece = support / PIECES
     begin = end - h

@@ -256,8 +256,6 @@ def fit_terms(
         None for what the data say (:func:`~sosml_friction.regression.body_width.choose_width`).
     :param settled: whether inner parameters are searched beside one another once more.
     :param without: terms whose part of the effort is left in the noise.
-    :param logs: recordings; their joints include the model's.
-    :param terms: as for :func:`parse_terms`.
     :raises ConfigurationError: if a term is unknown or can act in none of its joints.
     :raises DataError: if a recording is too short, or lacks a joint.
     """
@@ -421,11 +419,7 @@ def _library(wanted: Mapping[str, Sequence[str]], without: Collection[str]) -> d
 def _keys(
     laboratory: WhitenedRegression, wanted: Mapping[str, Sequence[str]]
 ) -> tuple[list[tuple[str, int]], dict[str, str]]:
-    """
-    Return the candidates that are asked for, and which terms cannot act, with the reason.
-
-    :raises ConfigurationError: if none is left.
-    """
+    """Return the candidates that are asked for, and which terms cannot act, with the reason."""
     names = laboratory.robot.names
     where = {
         (

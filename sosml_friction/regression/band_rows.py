@@ -98,8 +98,6 @@ class BandRows:
         Return the same without any effort that joints may take at standstill.
 
         The arrays of ``self`` are overwritten: all grids together are the largest of a diagnosis.
-
-        :param resting: the same stretches, with their rests.
         """
         joints = range(resting[0].robot.n)
         for k, signals in enumerate(resting):

@@ -108,7 +108,6 @@ def find_impacts(
 
     :param residual: what the whole library leaves (rows, n) [Nm or N].
     :param load: what the body behind each gear needs (rows, n) [Nm or N].
-    :param step: time between rows [s].
     :param moving: rows (rows, n) that say something of a joint.
     """
     energy = residual**2
@@ -204,8 +203,6 @@ def find_contacts(
     by: a push has a mean, where a resonance swings to both sides.
 
     :param residual: what the whole library leaves (rows, n) [Nm or N].
-    :param times: of the rows (rows,) [s].
-    :param step: time between rows [s].
     :param load: what the body behind each gear needs (rows, n) [Nm or N], to look for impacts.
     :param moving: rows (rows, n) that say something of a joint; None for all.
     :param expected: what the nominal model leaves (rows, n) [Nm or N]: a push that is on as often

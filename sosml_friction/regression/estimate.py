@@ -404,8 +404,6 @@ def place(
 
     As a diagnosis accepts causes: the one that explains most at the best point of its grid first,
     refined beside those before it.
-
-    :param wanted: identifier and joint of candidates of the laboratory.
     """
     left = [
         (candidate, columns)

@@ -68,12 +68,7 @@ def make_blocks(rows: int, blocks: int, folds: int) -> Blocks:
 
 
 def whiten_all(parts: Sequence[ColumnArray], noise: Sequence[NoiseModel]) -> ColumnArray:
-    """
-    Return columns of all stretches whitened and joined, (rows, n, ...).
-
-    :param parts: of each stretch (K, n, ...), filtered to the band.
-    :param noise: of each joint.
-    """
+    """Return parts in the band (K, n, ...) whitened and joined, (rows, n, ...)."""
     weights = np.stack([model.whitening for model in noise])
     whitened = [
         convolve_rows(

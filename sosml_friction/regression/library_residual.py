@@ -107,7 +107,6 @@ class LibraryResidual:
         coefficients of the library alike.
 
         :param pieces: which pieces of the stretches are of noise.
-        :param least: smallest standard deviation.
         """
         left, rng = self.steady[joint], np.random.default_rng(joint)
         *ends, count = np.cumsum([len(x) for x in left]).tolist()
@@ -209,11 +208,7 @@ def _parts(rows: BandRows) -> Iterator[tuple[int, slice]]:
 
 
 def _design_matrix(rows: BandRows, joint: int, s: int, part: slice) -> FloatArray:
-    """
-    Return the columns of the nominal, of all small grids and of the free curves in a joint.
-
-    Of some rows of a stretch. Points of a larger grid are fitted one after the other.
-    """
+    """Return a joint's nominal columns, small grids and free curves in rows of a stretch."""
     stack = [rows.nominal_columns[s][part, joint]]
     for candidate, columns in rows.in_joint(joint):
         if len(candidate.grid) <= SMALL_GRID:
@@ -258,8 +253,6 @@ def unknown_at_rest(
     Return the joints of which the library leaves notably more at standstill than in motion.
 
     There the sign of the last motion is not what friction is at standstill.
-
-    :param left: what is left of each joint, by stretch (K,).
     """
     found = set()
     for i, stretches in enumerate(left):

@@ -143,10 +143,8 @@ def make_nominal(
     besides have a deviation for each amplitude, by ``tolerance`` of their ``size``.
 
     :param signals: of any stretch; only the model's own numbers are used.
-    :param silent: joints without rows.
     :param free_inertia: joints whose rotor may be off by all but the tolerance of the inertia that
         they have in the middle of the motion.
-    :param unknown_armature: joints of whose rotor nothing is known.
     """
     scales, robot = signals.scales, signals.robot
     names: list[str] = []

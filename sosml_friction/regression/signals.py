@@ -119,11 +119,7 @@ class Signals:
 
     @cached_property
     def motion(self) -> Motion:
-        """
-        Return the motion as terms look at it; the load is that of the bodies.
-
-        The rotor is before the gear, which passes on what its body needs.
-        """
+        """Return the motion as terms see it; its load is the bodies', behind rotor and gear."""
         warm = np.full_like(self.q, np.nan)
         if self.temperature is not None:
             warm = self.temperature - self.temperature[0]
@@ -136,11 +132,7 @@ class Signals:
         return np.asarray(self.tau - self.torque - self.shaken)
 
     def through_gears(self, load: FloatArray) -> FloatArray:
-        """
-        Return the effort that a small load beyond the gears takes, (N, n, ...) as ``load``.
-
-        With what the model's friction by load takes more: load (1 + df / dload).
-        """
+        """Return load (1 + df / dload), (N, n, ...): with what known friction by load takes."""
         share = np.broadcast_to(1.0 + self.by_load, self.q.shape)
         return np.asarray(load * share.reshape(*share.shape, *(1,) * (load.ndim - 2)))
 
@@ -314,11 +306,7 @@ def find_scales(logs: Sequence[JointLog], model: RobotModelFile, robot: Robot) -
 def make_signals(
     stretch: JointLog, robot: Robot, scales: Scales, band: Band, start_s: float
 ) -> Signals:
-    """
-    Return the signals of one even stretch.
-
-    :param start_s: time of its first sample [s].
-    """
+    """Return the signals of one even stretch that begins at ``start_s`` [s]."""
     step = band.step
     q = band.smooth(stretch.q)
     v = first_derivative(q, step)
@@ -431,8 +419,6 @@ def sign_state(
     Return the sign of a joint's motion as its friction has it, (N,).
 
     It changes over a displacement, and as smoothly with velocity as the model says.
-
-    :param q: positions (N, n); ``v`` velocities.
     """
     z = dahl_path(np.ascontiguousarray(q[:, joint]), displacement)
     return softened(z, v[:, joint], scales.width[joint])
@@ -519,8 +505,6 @@ def _best_sign(
     """
     Return the most that a sign explains of an effort, and its displacement and width.
 
-    :param U: what acts beside it, of which ``y`` has nothing.
-    :param tried: displacements and widths.
     :param knees: v_s of Stribeck friction that may act besides, any of them or none.
     """
     best, found = -1.0, tried[0]

@@ -53,9 +53,6 @@ class Whitening:
         Return the whitening of the noise in a residual.
 
         :param library: what it leaves: noise is what is steady, and a push need not be.
-        :param resting: the stretches with their rests.
-        :param leave_out: leave out standstill.
-        :param tolerance: relative error of a nominal parameter that is normal.
         """
         contacts = _contacts(rows, library.left, resting, tolerance**2)
         models = []
@@ -78,12 +75,7 @@ class Whitening:
         )
 
     def apply(self, parts: Sequence[ColumnArray], joints: IndexArray | None = None) -> ColumnArray:
-        """
-        Return rows of all stretches whitened and joined, zero where they say nothing.
-
-        :param parts: of each stretch (K, m, ...), in the band.
-        :param joints: which joint each of the m is; None for all n.
-        """
+        """Return (K, m, ...) of ``joints``, None for all, whitened and joined; 0: says nothing."""
         joints = np.arange(len(self.noise)) if joints is None else joints
         x = whiten_all(parts, [self.noise[i] for i in joints])
         if self.standstill is not None:
@@ -104,8 +96,6 @@ def _pieces(
     Return the pieces of a residual that are noise: without contacts, and rests that are left out.
 
     All that is known where no piece is long enough.
-
-    :param contact: by whitened row.
     """
     told = [(s, x) for s, x in zip(signals, stretches, strict=True) if joint not in s.silent]
     if not leave_out and not contact.any():

@@ -88,11 +88,7 @@ def dissipation_check(
 
 
 def knee_check(law: Mapping[str, float], effort_unit: str) -> LawCheck:
-    """
-    Say that the broad knee explains more than the one of the law that was fitted.
-
-    :param law: the parameters with the broad one, by name.
-    """
+    """Say that the broad knee, with whose parameters ``law`` is, explains more than the fitted."""
     letters = {'coulomb': 'C', 'viscous': 'B', 'stribeck': 'S', 'stribeck_velocity': 'v_s'}
     values = ', '.join(
         f'{letter} {law[name]:.3g} {unit_of(name, effort_unit)}'

@@ -37,12 +37,7 @@ class LawProfile:
 
     @classmethod
     def over(cls, search: LawSearch, limit: float, near: FloatArray | None = None) -> LawProfile:
-        """
-        Return the profile over v_s; v0 moves along where it is found, the exponent if not told.
-
-        :param limit: rise of the cost up to which it is within.
-        :param near: more v_s to ask for: the grid may be wider than the interval.
-        """
+        """Return the profile within ``limit`` of cost; v0 moves, and the exponent, if not told."""
         problem, full = search.few, search.full
         sought = [SIGN_WIDTH] if SIGN_WIDTH in search.found(full) else []
         sought += [EXPONENT] if search.finds_alpha else []
@@ -131,11 +126,7 @@ def _crossing(u: FloatArray, excess: FloatArray) -> float | None:
 
 
 def about_best(search: LawSearch, v_s: float, half: float) -> FloatArray:
-    """
-    Return v_s of the best fit, and about where its interval should end.
-
-    :param half: half of that interval, as a share of v_s.
-    """
+    """Return v_s of the best fit, and about where its interval ends, ``half`` to each side."""
     # Further than the grid it says nothing.
     half = min(half, float(np.log(search.grid[-1] / search.grid[0])))
     near = v_s * np.exp(half * np.linspace(-1.6, 1.6, _NEAR))

@@ -153,11 +153,7 @@ class LawSummary:
         )
 
     def _beside_others(self, name: str, found: Parameter) -> Parameter:
-        """
-        Return a parameter as unsure as laws make it that may be true as well.
-
-        One that is a range already is what it may be in any of them.
-        """
+        """Return a parameter as unsure as other laws make it; a range holds in any of them."""
         if not np.isfinite(found.value):
             return found
         wide = found.with_variance(self.others.variance(name))

@@ -75,7 +75,6 @@ def simulate_recording(
     ``horizon_s`` is asked for, in windows.
 
     :param prepare: makes the simulated model and the stretches of a log.
-    :param controlled: cascades of loops that the recording holds, by joint.
     :param loop: the driver's own loop that it holds, or why it cannot be closed.
     :raises DataError: if no joint has effort, or no stretch is long enough.
     :raises ConfigurationError: if the model cannot be simulated, or the horizon is no time.
@@ -125,11 +124,7 @@ def simulate_recording(
 def _reference(
     log: JointLog, names: Sequence[str], loop: RecordedLoop
 ) -> tuple[JointLog, LoopReference] | str:
-    """
-    Return the part of a log that was under the loop, and its reference, or why it is not known.
-
-    Joints are in the order of ``names``.
-    """
+    """Return what of a log was under the loop, and its reference by ``names``, or why not."""
     if set(names) != set(loop.robot.names):
         return "the model's joints are not the driver's"
     if not any(name in loop.gains for name in names):
