@@ -100,7 +100,6 @@ class JointFit:
     was not fitted together with friction.
     """
 
-    joint: str
     observer: str
     method: str
     unit: str
@@ -221,7 +220,7 @@ class _JointTask:
         settings: FitSettings,
         doubt: BodyDoubt | None,
     ) -> None:
-        self.name, self.unit, self.i = robot.names[i], robot.effort_units[i], i
+        self.unit, self.i = robot.effort_units[i], i
         self.time, q = log.time, log.q[:, i]
         self.step = log.step
         settle = max((self._memory(observer, 0.01) for observer in observers), default=0)
@@ -309,7 +308,7 @@ class _JointTask:
         fit = rows.fit(self.unit)
         if method == 'samples':
             fit = self._without_blurred_knee(fit)
-        return JointFit(self.name, observer, method, self.unit, fit, self.segments, levels)
+        return JointFit(observer, method, self.unit, fit, self.segments, levels)
 
     def _without_blurred_knee(self, fit: LawFit) -> LawFit:
         """

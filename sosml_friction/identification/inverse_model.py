@@ -182,11 +182,10 @@ class _InverseTask:
         """Return why the joint cannot be fitted, empty if it can."""
         if not np.isfinite(self.log.tau[:, self.i]).any():
             return 'its actuator reports no effort'
-        if len(np.unique(self._groups())) < _FEWEST_CLUSTERS:
+        if (count := len(np.unique(self._groups()))) < _FEWEST_CLUSTERS:
             return (
-                f'only {len(np.unique(self._groups()))} stretches of '
-                f'{_CLUSTER_S:g} s are without a hole in position or effort: '
-                f'{_FEWEST_CLUSTERS} or more are needed, record longer'
+                f'only {count} stretches of {_CLUSTER_S:g} s are without a hole in position or '
+                f'effort: {_FEWEST_CLUSTERS} or more are needed, record longer'
             )
         if not np.nanmax(self.log.q[:, self.i]) > np.nanmin(self.log.q[:, self.i]):
             return 'it did not move: record motion in both directions'

@@ -45,7 +45,7 @@ from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
-from sosml_friction.identification.weak_form import WeakForm, WeakSettings, shown_by_slope
+from sosml_friction.identification.weak_form import WeakForm, shown_by_slope
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import Parameter
@@ -182,11 +182,7 @@ def analyse_log(
             log,
             robot,
             own_holds,
-            WeakSettings(
-                zero_band=settings.segments.zero_band,
-                refit_inertia=settings.refit_inertia,
-                form=settings.form,
-            ),
+            settings,
             configuration.maximum_gap_s,
             timing,
             compared.doubt,
@@ -197,20 +193,18 @@ def analyse_log(
         fit = with_regression(with_variance(fit, body.variance), body.laws)
         if weak_too:
             estimates = {**estimates, REGRESSION: estimates[WEAK_FORM]}
+    unavailable = _with_warnings(fit.unavailable, checks)
     if weak_too and require and not fit.joints:
-        unavailable = _with_warnings(fit.unavailable, checks)
         reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
         raise DataError(f'no joint can be fitted. {reasons}')
-    unavailable = {**_with_warnings(fit.unavailable, checks), **checks.not_fitted}
-    fit = replace(fit, unavailable=unavailable)
+    fit = replace(fit, unavailable={**unavailable, **checks.not_fitted})
     inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
     widths = {
         name: joint.friction.smoothing_velocity if joint.friction else 0.0
         for name, joint in nominal.joints.items()
     }
-    wanted = settings.method == OUTPUT_ERROR
     fit, output_error = with_output_error(
-        fit, controllers(log), log, robot, inverse, widths, wanted, own_holds, settings.form.usual
+        fit, controllers(log), log, robot, inverse, widths, settings, own_holds
     )
     if output_error is not None and output_error.joints:
         estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}

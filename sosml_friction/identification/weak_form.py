@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,9 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.effort_timing import EffortTiming
+from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
-from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.segments import Segment, unsure_sign
 from sosml_friction.identification.spline_test_functions import PIECES, SplineTestFunctions
@@ -53,26 +53,6 @@ _WINDOW_S = 0.12
 _CLUSTER_S = 1.0
 #: Samples on either side of a change of sign that a smoothed velocity leaves unsure.
 _SMOOTHED = 5
-
-
-@dataclass(frozen=True)
-class WeakSettings:
-    """
-    Say how the weak form looks at a recording.
-
-    ``zero_band`` [rad/s or m/s], positive: slower is standstill, where the law jumps.
-    ``refit_inertia``: whether the joint's inertia is fitted too.
-    """
-
-    zero_band: float = 1e-3
-    refit_inertia: bool = False
-    form: LawForm = field(default_factory=LawForm)
-
-    def __post_init__(self) -> None:
-        if not self.zero_band > 0.0:
-            raise ConfigurationError(
-                f'weak-form setting zero_band is {self.zero_band}: it must be positive'
-            )
 
 
 @dataclass(frozen=True)
@@ -135,12 +115,18 @@ class WeakForm:
         log: JointLog,
         robot: Robot,
         effort_hold: Sequence[str] | str = 'start',
-        settings: WeakSettings | None = None,
+        settings: FitSettings | None = None,
         maximum_gap_s: float = 0.05,
         timing: EffortTiming | None = None,
         doubt: BodyDoubt | None = None,
     ) -> None:
-        self.settings = settings or WeakSettings()
+        self.settings = settings or FitSettings()
+        self._zero_band = self.settings.segments.zero_band
+        if not self._zero_band > 0.0:
+            # There the law jumps.
+            raise ConfigurationError(
+                f'weak-form setting zero_band is {self._zero_band}: it must be positive'
+            )
         self.robot, self._doubt = robot, doubt
         log = log.select(robot.names)
         self.time = log.time
@@ -227,7 +213,7 @@ class WeakForm:
                     # Friction without a law is anything up to the torque.
                     max(fit.residual_std, _EXACT * level) if fit else level,
                     self._v_noise[i],
-                    self.settings.zero_band,
+                    self._zero_band,
                     self._support,
                 )
             )
@@ -390,7 +376,7 @@ class WeakForm:
                 unsure=doubt,
             )
 
-        zero_band = self.settings.zero_band
+        zero_band = self._zero_band
         v0 = smoothing_velocity
         found = beyond(max(zero_band, v0 or 0.0))
         if v0 is None:

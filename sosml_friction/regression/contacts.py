@@ -134,14 +134,10 @@ def find_impacts(
             over, count = label(uniform_filter1d(own, width) > _RINGING * level)
             touching = np.unique(over[inside])
             ring |= np.isin(over, touching[touching > 0]) if count else False
-        if _is_minority(spoiled | ring, moving):
+        rows = spoiled | ring
+        if all(rows[own].mean() < _MINORITY for own in moving.T if own.any()):
             found.append(impacts)
             spoiled |= ring
-
-
-def _is_minority(rows: BoolArray, moving: BoolArray) -> bool:
-    """Tell whether rows (rows,) are the smaller part of the motion of each joint."""
-    return all(rows[own].mean() < _MINORITY for own in moving.T if own.any())
 
 
 def _impacts(

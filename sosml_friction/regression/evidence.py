@@ -167,17 +167,8 @@ class CandidateColumns:
     @classmethod
     def make(cls, system: System, rows: IntArray, C: ColumnArray) -> CandidateColumns:
         """Return the products of ``C`` with itself and with the system."""
-        _, m, g, k = C.shape
-        p = system.Z.shape[2]
-        A, B = [], []
-        for a, b in system.blocks.ranges:
-            part = C[a:b]
-            A.append(_squares(part))
-            cross = np.zeros((p, g * k))
-            for i in range(m):
-                cross += products(system.Z[a:b, rows[i]].T, part[:, i].reshape(b - a, g * k))
-            B.append(cross.reshape(p, g, k).transpose(1, 0, 2))
-        return cls(rows, C, np.array(A), np.array(B))
+        A = np.array([_squares(C[a:b]) for a, b in system.blocks.ranges])
+        return cls(rows, C, A, np.empty((*A.shape[:2], 0, A.shape[2]))).beside(system)
 
     def beside(self, system: System) -> CandidateColumns:
         """Return the same with an extended system, whose first columns are the known ones."""

@@ -131,6 +131,8 @@ def stopping_joints(
 
     A joint that is nowhere slow for three cycles and 0.2 s only reverses. A stop at an end of a
     stretch does not count: a hole may have cut it.
+
+    :param limit: way over which the sign of motion may change [rad or m]; ``speed``: the top one.
     """
     result = []
     for i in range(len(limit)):
@@ -388,7 +390,7 @@ def _project(part: ColumnArray, base: FloatArray) -> None:
 
 
 def without_rests(x: ColumnArray, joints: Sequence[int], rests: Sequence[Rest]) -> ColumnArray:
-    """Take what any effort at rest explains out of ``x`` (rows, joints, ...) in the band."""
+    """Take what effort at rest explains out of ``x`` (rows, joints, ...) in the band, in place."""
     for rest in rests:
         for k, joint in enumerate(joints):
             if joint == rest.joint:

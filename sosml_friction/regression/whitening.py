@@ -133,12 +133,11 @@ def _contacts(
     for s, nominal, *own in zip(resting, rows.residual, *left, strict=True):
         x = np.stack(own, axis=1)
         moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
-        kept = slice(s.band.first, None, s.band.factor)
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, LOAD_SMOOTHER)
         residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
         wrong = second * np.abs(s.band.apply(s.tau))
-        columns = (residual, s.time[kept], body[kept], moves, nominal, wrong)
+        columns = (residual, s.band.at_rows(s.time), s.band.at_rows(body), moves, nominal, wrong)
         parts.append([column[seen] for column in columns])
     residual, times, load, moving, expected, wrong = map(np.concatenate, zip(*parts, strict=True))
     reach = -(-band.half // band.factor) + ORDER

@@ -65,7 +65,7 @@ def _friction_variant(laboratory: WhitenedRegression, rng: np.random.Generator) 
         difference = np.empty_like(q)
         for i in range(q.shape[1]):
             scale = float(signals.scales.displacement[i] * share[i])
-            z = sign_state(q, signals.v, i, scale, signals.scales)
+            z = sign_state(q[:, i], signals.v[:, i], scale, signals.scales.width[i])
             coulomb = float(np.nan_to_num(signals.scales.coulomb[i]))
             difference[:, i] = coulomb * (z - signals.sign[:, i])
         parts.append(signals.in_band(difference))

@@ -152,11 +152,10 @@ class _Prepared:
     def cascade_checks(self, controlled: Mapping[str, ControlledJoint]) -> list[LawCheck]:
         """Return what the cascades, fed with the recorded motion, leave of the recorded effort."""
         names, log = self.forward.robot.names, self.log
-        reference = np.column_stack([controlled[name].reference for name in names])
         period = float(np.median(np.diff(log.time)))
         # Before the first sample the motion is not known; the law knows it two samples later.
         rest = np.zeros(log.q.shape[1])
-        drive = CascadeDrive(self.forward, names, controlled, reference, log.q[0], rest, period)
+        drive = CascadeDrive(self.forward, controlled, log.q[0], rest, period)
         for k, q in enumerate(log.q):
             drive.begin(k, q[None])
         left = log.tau - np.array(drive.commands)
@@ -215,17 +214,14 @@ class _Prepared:
     def in_cascades(
         self, controlled: Mapping[str, ControlledJoint], remarks: Sequence[str]
     ) -> RecordedSimulation:
-        names, log, stretch = self.forward.robot.names, self.log, self.stretches[0]
+        log, stretch = self.log, self.stretches[0]
         period, count = stretch.band.step, len(log)
         start = measured_start(stretch, np.zeros(1, dtype=np.int64))
         # The controller sees the first sample itself, and what is smoothed is wrong at the ends.
         first = max(5, round(_START_S / period))
         curve = np.polynomial.polynomial.polyfit(np.arange(first) * period, log.q[:first], 2)
         start.q[0], start.v[0], start.acceleration[0] = log.q[0], curve[1], 2.0 * curve[2]
-        reference = np.column_stack([controlled[name].reference for name in names])
-        drive = CascadeDrive(
-            self.forward, names, controlled, reference, start.q[0], start.v[0], period
-        )
+        drive = CascadeDrive(self.forward, controlled, start.q[0], start.v[0], period)
         effort = np.nanquantile(np.abs(log.tau), 0.99, axis=0)
 
         def told(k: int) -> None:
