@@ -102,7 +102,7 @@ def velocity_errors(rough: WeakForm, smooth: WeakForm, true: np.ndarray, i: int)
     The fourth is how unsure the smoothed one is, over the noise of the slope.
     """
     v = rough._log.v[:, i]
-    unsure = unsure_sign(np.nan_to_num(v), rough.settings.zero_band, rough._half)
+    unsure = unsure_sign(np.nan_to_num(v), rough.settings.segments.zero_band, rough._half)
     moving = (np.abs(v) > 5e-3) & np.isfinite(smooth._variance[:, i]) & ~unsure
     variance = smooth._variance[moving, i]
     squares = [
