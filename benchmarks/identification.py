@@ -222,7 +222,6 @@ def fits_of(
                     {name: observer},
                     settings,
                     require=False,
-                    alternatives=False,
                 )
                 label = f'{method}, {observer_label(name)}'
                 fits[label] = fit, found.seconds[name] + spent()
@@ -240,7 +239,7 @@ def weak_fit(form: WeakForm, v0: float | None) -> FrictionFit:
         rows, weak = form.rows(i, v0), form.fit(i, v0)
     except DataError as error:
         return FrictionFit({}, {}, {JOINT: str(error)})
-    own = JointFit(JOINT, WEAK_FORM, 'weak', 'Nm', weak.fit, (), np.zeros(0))
+    own = JointFit(WEAK_FORM, 'weak', 'Nm', weak.fit, (), np.zeros(0))
     return FrictionFit({JOINT: {WEAK_FORM: own}}, {}, {}, {JOINT: {WEAK_FORM: rows}})
 
 

@@ -44,11 +44,7 @@ def fit_log_terms(
     step: Callable[[str], None] = lambda text: None,
     body_tolerance: float | None = None,
 ) -> BagTerms:
-    """
-    Estimate the values of terms from recordings of one robot, after the checks of their data.
-
-    Parameters and errors as for :func:`~sosml_friction.identification.term_fit.fit_terms`.
-    """
+    """Fit terms to recordings of one robot once their data are checked, as ``fit_terms`` does."""
     robot = nominal.with_armature({'*': 0.0}).make_robot()
     logs, bags, reasons = [], [], dict[str, str]()
     for source, recording in recordings.items():

@@ -44,11 +44,7 @@ class BodyDoubt:
         return cls(nominal.rigid[known], mean[own], spread)
 
     def efforts(self, robot: Robot, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """
-        Return what bodies that are off add to the friction of a motion, (N, n, 1 + p).
-
-        First the mean, then each column of ``roots``.
-        """
+        """Return what these bodies add to friction, (N, n, 1 + p): the mean, then each root."""
         off = np.column_stack([self.mean, self.roots])
         bodies, count = self.rigid < 10 * robot.n, 10 * robot.n
         Y = robot.torque_regressors(q, v, a)[:, :, self.rigid[bodies]]
@@ -78,11 +74,7 @@ def rows_worth(
 def _posterior(
     fit: Fit, worth: float, weight: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """
-    Return mean (p,), covariance (p, p), and the variances (p,) that the blocks say.
-
-    :param worth: of a row; ``weight`` (p,): of the tolerances.
-    """
+    """Return mean (p,), covariance, and variances (p,) of the blocks; a row is of ``worth``."""
     A = worth * fit.system.total + np.diag(
         fit.system.penalty() - fit.system.prior_weight() + weight
     )

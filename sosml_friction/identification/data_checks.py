@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with a recording, before anything is fitted to it."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -85,6 +87,10 @@ class DataChecks:
         """Return by joint why it is not fitted though it may report effort."""
         return {**self.refused, **self.resting}
 
+    def told(self, *findings: DataFinding) -> DataChecks:
+        """Return the same with more that was found."""
+        return replace(self, findings=(*self.findings, *findings))
+
     @property
     def sentences(self) -> tuple[str, ...]:
         """Return what a person should be told: everything that is more than a note."""
@@ -101,7 +107,6 @@ def check_data(
     effort that saturates and for all effort of a joint that is refused: it is then not fitted, and
     ``refused`` says why. A run without position is left out as if it had never been received.
 
-    :param log: the recording; its joints include the robot's.
     :param robot: its limits and gravity are what the data are held against.
     :param recovery: what a cut-off bag says of itself, empty for a whole one.
     :param free_rotors: joints whose armature is not known.

@@ -123,8 +123,6 @@ def plan_experiment(
     estimates from independent levels at known speeds, with the law true; they depend on the
     assumed parameters, most on v_s.
 
-    :param wanted: standard errors by parameter.
-    :param budget_s: longest duration of the ladder [s].
     :param assumed: parameters of the Stribeck law (17), see
         :mod:`~sosml_friction.model.laws`.
     :raises ConfigurationError: if a name or number cannot be used, or the budget is too short for
@@ -148,11 +146,12 @@ def plan_experiment(
         others = np.minimum(np.sqrt(_variances(total)) / size, 1e3).mean(axis=-1)
         return np.asarray(worst(total) * (1.0 + 1e-3 * others))
 
-    def ratio_of(counts: IndexArray) -> float:
-        return float(worst(np.tensordot(counts, of_each, axes=1)))
+    def ratio_and_duration(counts: IndexArray) -> tuple[float, float]:
+        ratio = float(worst(np.tensordot(counts, of_each, axes=1)))
+        return ratio, ladder_duration(_listed(speeds, counts), settings)
 
     counts = _best_four(of_each, score)
-    ratio, duration = ratio_of(counts), ladder_duration(_listed(speeds, counts), settings)
+    ratio, duration = ratio_and_duration(counts)
     if duration > budget_s:
         raise ConfigurationError(
             f'{budget_s:g} s are too short: the law needs {FEWEST_SPEEDS} speeds, and these take '
@@ -165,7 +164,7 @@ def plan_experiment(
         counts = counts.copy()
         counts[int(np.argmin(added))] += 1
         counts = _exchange(counts, of_each, score)
-        ratio, duration = ratio_of(counts), ladder_duration(_listed(speeds, counts), settings)
+        ratio, duration = ratio_and_duration(counts)
         if duration <= budget_s and ratio < best_ratio:
             best, best_ratio = counts, ratio
     chosen = _listed(speeds, best)

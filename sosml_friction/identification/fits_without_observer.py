@@ -12,10 +12,15 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError, MotionError
-from sosml_friction.identification.friction_fit import REGRESSION, WEAK_FORM, FrictionFit, JointFit
+from sosml_friction.identification.friction_fit import (
+    REGRESSION,
+    WEAK_FORM,
+    FitSettings,
+    FrictionFit,
+    JointFit,
+)
 from sosml_friction.identification.inverse_model import InverseFits
 from sosml_friction.identification.law.law_fit import LawFit
-from sosml_friction.identification.output_error.controlled import OutputErrorFit
 from sosml_friction.identification.output_error.fits import (
     OUTPUT_ERROR,
     OutputErrorFits,
@@ -24,6 +29,7 @@ from sosml_friction.identification.output_error.fits import (
     fit_controlled,
     is_alone,
 )
+from sosml_friction.identification.output_error.output_error_fit import OutputErrorFit
 from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.robot import Robot
@@ -68,7 +74,6 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
         segments = next((each.segments for each in joints.get(name, {}).values()), ())
         tau_f[:, i] = weak.tau_f
         joints.setdefault(name, {})[WEAK_FORM] = JointFit(
-            name,
             WEAK_FORM,
             'weak',
             form.robot.effort_units[i],
@@ -120,26 +125,22 @@ def with_output_error(
     robot: Robot,
     inverse: InverseFits | None,
     smoothing_velocity: Mapping[str, float],
-    wanted: bool,
-    effort_hold: Sequence[str] | str = 'start',
-    alpha: float = 1.0,
+    settings: FitSettings,
+    effort_hold: Sequence[str] | str,
 ) -> tuple[FrictionFit, OutputErrorFits | None]:
     """
     Return the fits with those of output error beside them, and what simulation says of all.
 
     With the recorded controller where there is one, else with the measured effort, window by
-    window. None where nothing was asked for.
-
-    :param wanted: whether to fit; else only the closed loop is simulated with what ``inverse``
-        found, where the controller is known.
-    :param alpha: exponent of the Stribeck term, where no fit found another.
+    window. By another method only the closed loop is simulated with what ``inverse`` found, where
+    the controller is known; None where it is not.
     """
     checks = (
         {}
         if inverse is None
         else closed_loop_checks(log, robot, controlled, inverse, smoothing_velocity)
     )
-    if not wanted:
+    if settings.method != OUTPUT_ERROR:
         return fit, OutputErrorFits(closed_loop=checks) if checks else None
     joints = {name: dict(fits) for name, fits in fit.joints.items()}
     found: dict[str, OutputErrorFit] = {}
@@ -156,9 +157,8 @@ def with_output_error(
             robot, i, next((p for p in known if np.isfinite(p['coulomb'].value)), None)
         )
         width = smoothing_velocity[name]
-        exponent = next(
-            (x.fit.drawn['exponent'] for x in laws if 'exponent' in x.fit.drawn), alpha
-        )
+        found_exponents = (x.fit.drawn['exponent'] for x in laws if 'exponent' in x.fit.drawn)
+        exponent = next(found_exponents, settings.form.usual)
         try:
             if name in controlled and is_alone(robot, log):
                 modes[name] = 'controller'
@@ -170,7 +170,6 @@ def with_output_error(
             unavailable[name] = str(error)
             continue
         joints[name][OUTPUT_ERROR] = JointFit(
-            name,
             OUTPUT_ERROR,
             OUTPUT_ERROR,
             unit,

@@ -28,8 +28,6 @@ def fitted_armature(
     their inertia within the tolerance. It is at least 0, which it is flagged for where the bodies
     alone are too much, and where the motion does not tell it: where its error from the data is
     more than all inertia that the joint has.
-
-    :param tolerance: how far the bodies may be off, as a share of themselves.
     """
     if not laboratory.settings.unknown_armature:
         return {}

@@ -100,7 +100,6 @@ class JointFit:
     was not fitted together with friction.
     """
 
-    joint: str
     observer: str
     method: str
     unit: str
@@ -146,17 +145,14 @@ def fit_friction(
     observers: Mapping[str, Observer],
     settings: FitSettings | None = None,
     require: bool = True,
-    alternatives: bool = True,
     doubt: BodyDoubt | None = None,
 ) -> FrictionFit:
     """
     Fit every joint and observer.
 
-    :param log: the recording; its joints include the robot's.
     :param estimates: tau_f per observer (N, n) in the robot's joint order, on the log's stamps.
     :param observers: the observers that made them, for their lag.
     :param require: whether to refuse a recording of which no joint can be fitted alone.
-    :param alternatives: whether to make the other method's fit where the first one's succeeds.
     :param doubt: what the bodies are off by, and how surely; None where they are exact.
     :raises DataError: if no joint can be fitted; the sentence names each reason.
     """
@@ -179,7 +175,7 @@ def fit_friction(
         for observer, tau_f in estimates.items():
             lag_of = observers[observer]
             try:
-                chosen, other = task.fit(observer, tau_f[:, i], lag_of, alternatives)
+                chosen, other = task.fit(observer, tau_f[:, i], lag_of)
             except DataError as error:
                 unavailable[name] = str(error)
                 found = task.best_rows(tau_f[:, i], lag_of)
@@ -224,9 +220,9 @@ class _JointTask:
         settings: FitSettings,
         doubt: BodyDoubt | None,
     ) -> None:
-        self.name, self.unit, self.i = robot.names[i], robot.effort_units[i], i
+        self.unit, self.i = robot.effort_units[i], i
         self.time, q = log.time, log.q[:, i]
-        self.step = float(np.median(np.diff(self.time)[np.diff(self.time) > 0.0]))
+        self.step = log.step
         settle = max((self._memory(observer, 0.01) for observer in observers), default=0)
         trim = max(settings.segments.trim_s, settle * self.step)
         self.settings = replace(settings, segments=replace(settings.segments, trim_s=trim))
@@ -258,7 +254,7 @@ class _JointTask:
         return int(np.ceil(np.log(rest) / np.log(slowest))) if 0.0 < slowest < 1.0 else 0
 
     def fit(
-        self, observer: str, tau_f: FloatArray, lag_of: Observer, both: bool = True
+        self, observer: str, tau_f: FloatArray, lag_of: Observer
     ) -> tuple[JointFit, JointFit | None]:
         order = self._order()
         fits: list[JointFit] = []
@@ -269,8 +265,6 @@ class _JointTask:
                 chooses = self.settings.method not in ('segments', 'samples')
                 if not fits and (method == order[1] or not chooses):
                     raise
-            if fits and not both:
-                break
         return fits[0], fits[1] if len(fits) > 1 else None
 
     def _order(self) -> tuple[str, str]:
@@ -314,7 +308,7 @@ class _JointTask:
         fit = rows.fit(self.unit)
         if method == 'samples':
             fit = self._without_blurred_knee(fit)
-        return JointFit(self.name, observer, method, self.unit, fit, self.segments, levels)
+        return JointFit(observer, method, self.unit, fit, self.segments, levels)
 
     def _without_blurred_knee(self, fit: LawFit) -> LawFit:
         """
@@ -352,11 +346,7 @@ class _JointTask:
         return replace(fit, law=law, parameters=kept)
 
     def _levels(self, tau_f: FloatArray, lag_of: Observer) -> FloatArray:
-        """
-        Return the levels of the segments, beside the bodies that the motion shows.
-
-        Without what an observer says that just started.
-        """
+        """Return the segments' levels beside the bodies, without an observer that just started."""
         index = np.arange(len(tau_f))
         since = index - np.maximum.accumulate(np.where(np.isfinite(tau_f), -1, index))
         settling = since <= self._memory(lag_of, 0.01)
@@ -364,11 +354,7 @@ class _JointTask:
         return levels + segment_levels(self.segments, self.added)
 
     def rows(self, method: str, tau_f: FloatArray, lag_of: Observer) -> LawRows:
-        """
-        Return what the fit of ``method``, ``segments`` or ``samples``, is made to.
-
-        :raises DataError: if the observer gave no estimate.
-        """
+        """Return what ``method`` is fitted to; a DataError if the observer gave no estimate."""
         if method == 'segments':
             used = np.array([not segment.rejected for segment in self.segments], dtype=bool)
             v = np.array([segment.velocity for segment in self.segments], dtype=float)

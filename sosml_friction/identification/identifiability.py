@@ -71,8 +71,7 @@ def reason_for(name: str, reach: DataReach, interval: tuple[float, float]) -> st
     if half <= allowed:
         return ''
     unit = unit_of(name, reach.effort_unit)
-    text = f'its 95 % interval is {low:.3g} to {high:.3g} {unit}, '
-    text += 'which does not leave out 0'
+    text = f'its 95 % interval is {low:.3g} to {high:.3g} {unit}, which does not leave out 0'
     if name.startswith('viscous'):
         text += f', from speeds up to {reach.speed(reach.fastest)} only'
     return text

@@ -145,11 +145,7 @@ class _InverseTask:
         return np.split(rows, np.flatnonzero((jumps < 0.0) | (jumps > 2.0 * self.step)) + 1)
 
     def _columns(self, time: FloatArray, q: FloatArray, tau: FloatArray) -> FloatArray:
-        """
-        Return time, effort and the columns of the regression over one stretch, decimated.
-
-        Inertial and gravity torque, v and sgn(v) forwards, v and sgn(v) backwards, and 1.
-        """
+        """Return time, effort, inertia's and gravity's, v and sgn(v) forth, then back, and 1."""
         h = self.step
         edge = max(1, round(10.0 / self.cutoff / h))
         count = round(float(time[-1] - time[0]) / h) + 1
@@ -186,11 +182,10 @@ class _InverseTask:
         """Return why the joint cannot be fitted, empty if it can."""
         if not np.isfinite(self.log.tau[:, self.i]).any():
             return 'its actuator reports no effort'
-        if len(np.unique(self._groups())) < _FEWEST_CLUSTERS:
+        if (count := len(np.unique(self._groups()))) < _FEWEST_CLUSTERS:
             return (
-                f'only {len(np.unique(self._groups()))} stretches of '
-                f'{_CLUSTER_S:g} s are without a hole in position or effort: '
-                f'{_FEWEST_CLUSTERS} or more are needed, record longer'
+                f'only {count} stretches of {_CLUSTER_S:g} s are without a hole in position or '
+                f'effort: {_FEWEST_CLUSTERS} or more are needed, record longer'
             )
         if not np.nanmax(self.log.q[:, self.i]) > np.nanmin(self.log.q[:, self.i]):
             return 'it did not move: record motion in both directions'

@@ -28,6 +28,7 @@ from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
+from sosml_friction.regression.kernels import runs
 
 #: Motion in one direction for less than this says nothing [s], and so does less than this share of
 #: that in the other direction. Chosen, no measurement.
@@ -92,7 +93,7 @@ class JointChecks:
 
 
 def check_joint(
-    log: JointLog, robot: Robot, i: int, slopes: Slopes | None = None, free_rotor: bool = False
+    log: JointLog, robot: Robot, i: int, slopes: Slopes, free_rotor: bool = False
 ) -> tuple[JointChecks, FloatArray, FloatArray, list[DataFinding]]:
     """
     Return what was measured of joint i, velocity and effort as far as they can be used (N,).
@@ -100,10 +101,8 @@ def check_joint(
     The last of the four is what was found.
 
     :param log: stamps that rise, every position known, joints in the order of ``robot``.
-    :param slopes: those of ``log``; None to compute them.
     :param free_rotor: whether its armature is not known.
     """
-    slopes = slopes or Slopes.of(log)
     name, limit = robot.names[i], robot.limits[i]
     way = 'rad' if robot.effort_units[i] == 'Nm' else 'm'
     q, tau = log.q[:, i], log.tau[:, i].copy()
@@ -233,13 +232,9 @@ def _refusal(
     tau: FloatArray,
     found: JointChecks,
     effort: EffortRelation | None,
-    runs: int,
+    fewest_runs: int,
 ) -> tuple[str, str] | None:
-    """
-    Return (check, sentence) if the joint cannot be fitted.
-
-    :param runs: separate motions in the direction that has fewer.
-    """
+    """Return (check, sentence) if the joint cannot be fitted."""
     name, unit, limit = robot.names[i], robot.effort_units[i], robot.limits[i]
     way, other, per_unit = ('rad', 'degrees', 180.0 / np.pi) if unit == 'Nm' else ('m', 'mm', 1e3)
     convert = 'degrees to rad' if unit == 'Nm' else 'millimetres to m'
@@ -297,7 +292,7 @@ def _refusal(
     level = found.friction_level
     drives = level < -3.0 * found.friction_level_error and -level > _FEIGNED * float(np.ptp(known))
     turned = effort is None or not effort.tells or effort.scale < 0.0
-    if drives and turned and runs >= _FEWEST_RUNS:
+    if drives and turned and fewest_runs >= _FEWEST_RUNS:
         bodies = ''
         if effort is not None and effort.tells:
             bodies = f', and {effort.scale:.3g} times what its bodies need'
@@ -433,10 +428,9 @@ def _saturated(tau: FloatArray, limit: float) -> BoolArray:
         fewest = _FEWEST_EQUAL
         if share > 0.0 and not at_limit:
             fewest = max(fewest, 1 + int(np.ceil(np.log(_CHANCE / len(tau)) / np.log(share))))
-        edges = np.flatnonzero(np.diff(at)) + 1
-        for run in np.split(np.arange(len(tau)), edges):
-            if at[run[0]] and len(run) >= fewest:
-                result[run] = True
+        for begin, end in runs(at):
+            if end - begin >= fewest:
+                result[begin:end] = True
     return result
 
 

@@ -270,13 +270,14 @@ def effort_relation(
     if size == 0.0:
         return None
 
-    def left(columns: FloatArray, y: FloatArray) -> tuple[FloatArray, float, FloatArray, float]:
-        X = columns / column_norms(columns)
+    def left(columns: FloatArray, y: FloatArray) -> tuple[FloatArray, float, float]:
+        """Return the factors of columns, the misfit, and the error of the first factor."""
+        norms = column_norms(columns)
+        X = columns / norms
         theta = np.linalg.lstsq(X, y, rcond=1e-9)[0]
         residual = y - X @ theta
-        error = _error(X, residual, slopes.time[rows])[0] / column_norms(columns)[0]
-        misfit = float(np.sqrt(np.mean(residual**2))) / size
-        return theta / column_norms(columns), misfit, residual, float(error)
+        error = _error(X, residual, slopes.time[rows])[0] / norms[0]
+        return theta / norms, float(np.sqrt(np.mean(residual**2))) / size, float(error)
 
     def bodies(per_unit: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return inertial and gravity effort of joint i with positions over ``per_unit`` (n,)."""
@@ -292,7 +293,7 @@ def effort_relation(
     as_it_is = left(friction, tau - whole_effort)[1]
     if np.ptp(whole_effort) <= 1e-12 * size:
         return EffortRelation(np.nan, np.nan, alone, alone, as_it_is, np.nan, np.nan)
-    theta, free, _, error = left(np.column_stack([whole_effort, friction]), tau)
+    theta, free, error = left(np.column_stack([whole_effort, friction]), tau)
     parts = [np.nan, np.nan]
     columns = [(k, x) for k, x in enumerate((gravity, inertial)) if np.ptp(x) > 1e-6 * size]
     if len(columns) == 2:
@@ -306,7 +307,7 @@ def effort_relation(
             column = np.sum(bodies(own), axis=0)
             if np.ptp(column) <= 1e-12 * size:
                 continue
-            other, misfit, _, _ = left(np.column_stack([column, friction]), tau)
+            other, misfit, _ = left(np.column_stack([column, friction]), tau)
             if 1 / 3 < other[0] < 3.0 and not misfit >= unit_misfit:
                 unit, unit_scale, unit_misfit = name, float(other[0]), misfit
     late_s, late_misfit = _delay(effort, rows, slopes, inertial, gravity, friction)

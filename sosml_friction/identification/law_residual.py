@@ -1,7 +1,8 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a fitted law leaves of an estimate of friction, and whether that is noise."""
+"""What a law says of a motion, what it leaves of an estimate, and whether that is noise."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +10,13 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.law.law_curve import fitted_law
+from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.segments import Segment, centred_difference
 from sosml_friction.model.parameter import Z_95
+from sosml_friction.observers.signal_noise import signal_noise
 
+#: Over what a position difference gives the velocity [s], as in the fit.
+WINDOW_S = 0.05
 _BINS = 40
 #: A mean of fewer samples is not given.
 _FEWEST_IN_BIN = 5
@@ -40,13 +46,7 @@ class Residual(NamedTuple):
 def law_residual(
     fit: JointFit, estimate: FloatArray, speed: FloatArray, zero_band: float
 ) -> Residual | None:
-    """
-    Return what the law leaves of an observer's estimate, None where there is no law.
-
-    :param estimate: tau_f (N,) [Nm or N].
-    :param speed: velocity (N,) [rad/s or m/s], NaN where unknown.
-    :param zero_band: slower is standstill [rad/s or m/s].
-    """
+    """Return what the law leaves of an observer's estimate, None where there is no law."""
     law = fitted_law(fit.fit)
     if law is None:
         return None
@@ -118,3 +118,42 @@ def autocorrelation(residual: Residual, lags: int) -> tuple[FloatArray, IndexArr
 def white_band(pairs: IndexArray) -> FloatArray:
     """Return what the autocorrelation of white noise stays below at 95 % of the lags."""
     return np.asarray(Z_95 / np.sqrt(np.maximum(pairs, 1)))
+
+
+def position_difference(time: FloatArray, q: FloatArray) -> FloatArray:
+    """Return the centred difference over :data:`WINDOW_S`, (N,); NaN at ends and across holes."""
+    step = float(np.median(np.diff(time))) if len(q) > 1 else 0.0
+    half = max(1, round(0.5 * WINDOW_S / step)) if step > 0.0 else len(q)
+    return centred_difference(time, q, half)
+
+
+def standstill(q: FloatArray, zero_band: float) -> float:
+    """Return the speed that is not told from standstill: the zero band, or two counts' worth."""
+    return max(zero_band, 2.0 * signal_noise(q)[0] / WINDOW_S)
+
+
+def law_in_motion(
+    fit: LawFit, q: FloatArray, speed: FloatArray, zero_band: float
+) -> FloatArray | None:
+    """
+    Return what the law says at each sample, (N,) [Nm or N]; None where there is no law.
+
+    NaN at rest, where friction is what holds the joint, and where the joint is slower than all
+    data that the law was fitted to.
+    """
+    law = fitted_law(fit)
+    if law is None:
+        return None
+    slowest = max(standstill(q, zero_band), 0.5 * np.nan_to_num(fit.slowest))
+    return np.where(np.abs(np.nan_to_num(speed)) > slowest, law.torque(speed), np.nan)
+
+
+def level_spreads(segments: Sequence[Segment], tau_f: FloatArray) -> FloatArray:
+    """Return the standard deviation of an estimate within each window, (K,) [Nm or N]."""
+    spreads = np.full(len(segments), np.nan)
+    for k, segment in enumerate(segments):
+        inside = tau_f[segment.first : segment.last + 1]
+        known = inside[np.isfinite(inside)]
+        if len(known) > 1:
+            spreads[k] = np.std(known)
+    return spreads

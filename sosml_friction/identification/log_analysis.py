@@ -45,7 +45,7 @@ from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
-from sosml_friction.identification.weak_form import WeakForm, WeakSettings, shown_by_slope
+from sosml_friction.identification.weak_form import WeakForm, shown_by_slope
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import Parameter
@@ -108,8 +108,6 @@ def analyse_log(
     """
     Run the observers over a recording and fit friction to what they say.
 
-    :param log: the motion; its joints include the model's.
-    :param nominal: the robot, with its URDF.
     :param bandwidth: observers made by recipe with this bandwidth [rad/s] instead of ``recorded``.
     :param observers: which to run instead of ``recorded``, with gains from the noise, friction and
         motion measured in the log, or for ``bandwidth`` where that is given.
@@ -118,7 +116,6 @@ def analyse_log(
     :param recorded: the observers that ran on line; None for those of the recipe.
     :param controllers: returns the known controllers of joints, on the stamps of a log.
     :param source: which recording this is; None for that of the samples.
-    :param progress: called with each step that begins, in words.
     :param require: whether to refuse a recording of which no joint can be fitted alone.
     :param command: the command line that asked for it, for the provenance.
     :param compared: what several logs say of the bodies, and of when effort acts where nothing
@@ -136,8 +133,7 @@ def analyse_log(
     silent = not effort_hold and not (recorded and recorded.effort_hold)
     log, together = block_means(log, () if silent else holds)
     if together > 1:
-        said = DataFinding('means', ALL_JOINTS, NOTE, block_sentence(log, together))
-        checks = replace(checks, findings=(*checks.findings, said))
+        checks = checks.told(DataFinding('means', ALL_JOINTS, NOTE, block_sentence(log, together)))
         holds = ('mean',) * len(holds)
     exact = settings.body_tolerance == 0.0 and not nominal.unknown_armature
     if compared is None and exact and not silent:
@@ -155,13 +151,12 @@ def analyse_log(
         if timing.is_told(log.step):
             holds = (timing.hold(log.step),) * len(holds)
         if compared.late is None:
-            said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step))
-            checks = replace(checks, findings=(*checks.findings, said))
+            checks = checks.told(DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step)))
     if body is not None:
         nominal = body.model
         robot = nominal.make_robot()
         told = [DataFinding('rigid_body', ALL_JOINTS, NOTE, text) for text in body.sentences()]
-        checks = replace(checks, findings=(*checks.findings, *told))
+        checks = checks.told(*told)
     if recorded is None or bandwidth is not None or observers is not None:
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     else:
@@ -187,11 +182,7 @@ def analyse_log(
             log,
             robot,
             own_holds,
-            WeakSettings(
-                zero_band=settings.segments.zero_band,
-                refit_inertia=settings.refit_inertia,
-                form=settings.form,
-            ),
+            settings,
             configuration.maximum_gap_s,
             timing,
             compared.doubt,
@@ -202,20 +193,18 @@ def analyse_log(
         fit = with_regression(with_variance(fit, body.variance), body.laws)
         if weak_too:
             estimates = {**estimates, REGRESSION: estimates[WEAK_FORM]}
+    unavailable = _with_warnings(fit.unavailable, checks)
     if weak_too and require and not fit.joints:
-        unavailable = _with_warnings(fit.unavailable, checks)
         reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
         raise DataError(f'no joint can be fitted. {reasons}')
-    unavailable = {**_with_warnings(fit.unavailable, checks), **checks.not_fitted}
-    fit = replace(fit, unavailable=unavailable)
+    fit = replace(fit, unavailable={**unavailable, **checks.not_fitted})
     inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
     widths = {
         name: joint.friction.smoothing_velocity if joint.friction else 0.0
         for name, joint in nominal.joints.items()
     }
-    wanted = settings.method == OUTPUT_ERROR
     fit, output_error = with_output_error(
-        fit, controllers(log), log, robot, inverse, widths, wanted, own_holds, settings.form.usual
+        fit, controllers(log), log, robot, inverse, widths, settings, own_holds
     )
     if output_error is not None and output_error.joints:
         estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}
@@ -235,11 +224,7 @@ def analyse_log(
 def _with_ripple(
     log: JointLog, robot: Robot, fit: FrictionFit, checks: DataChecks
 ) -> tuple[FrictionFit, dict[str, tuple[PlateauRipple, ...]], DataChecks]:
-    """
-    Return the fits, how evenly each joint moved, and the checks with what that does to its law.
-
-    A law has in its errors what ripple that its velocities do not show moves S and v_s by.
-    """
+    """Return fits with what hidden ripple does to S and v_s in their errors, ripple, checks."""
     joints, found, told = dict(fit.joints), {}, []
     for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
         fits = fit.joints.get(name, {})
@@ -256,8 +241,7 @@ def _with_ripple(
             slopes = (partial(shown_by_slope, log.step),) if used == WEAK_FORM else ()
             shift = shift_by_ripple(found[name], curve, *slopes)
             joints[name] = {**fits, used: replace(fits[used], fit=law.with_shift(shift))}
-    checks = replace(checks, findings=(*checks.findings, *told))
-    return replace(fit, joints=joints), found, checks
+    return replace(fit, joints=joints), found, checks.told(*told)
 
 
 def effort_holds(
@@ -295,18 +279,14 @@ def _with_warnings(unavailable: Mapping[str, str], checks: DataChecks) -> dict[s
 def _with_corrected_effort(
     log: JointLog, checks: DataChecks, model: RobotModelFile
 ) -> tuple[JointLog, DataChecks]:
-    """
-    Return the log with the torque behind its effort, as far as the model knows it, and say so.
-
-    :raises ConfigurationError: if the model's effects cannot be undone.
-    """
+    """Return the log with the torque behind its effort as far as known, and say so."""
     correction = EffortCorrection(model)
     found = [DataFinding('effects', ALL_JOINTS, LEFT_OUT, text) for text in correction.left_out]
     if correction:
         log = replace(log, tau=correction.torque(log.tau))
         sentence = f'effort was corrected by the model: {", ".join(correction.done)}'
         found.append(DataFinding('effects', ALL_JOINTS, NOTE, sentence))
-    return log, replace(checks, findings=(*checks.findings, *found))
+    return log, checks.told(*found)
 
 
 def _with_averaged(
@@ -333,8 +313,7 @@ def _with_averaged(
         f'the law that is fitted holds the {names} of the model on average, and the fitted model '
         'is without: --terms fits them beside a law'
     )
-    found = DataFinding('effects', ALL_JOINTS, LEFT_OUT, sentence)
-    return replace(checks, findings=(*checks.findings, found))
+    return checks.told(DataFinding('effects', ALL_JOINTS, LEFT_OUT, sentence))
 
 
 def _with_loads(
@@ -346,19 +325,14 @@ def _with_loads(
 ) -> DataChecks:
     """Return the checks with what friction by load, which no model states, does to the laws."""
     stated = {term.joint for term in (*nominal.effects, *fitted.effects) if term.effect == LOAD}
-    found = []
     for joint, p in loads.items():
         if joint in stated or joint not in fit.joints:
             continue
         share = plus_minus(100.0 * p.value, 100.0 * half_width(p), '%')
-        found.append(
-            DataFinding(
-                'load',
-                joint,
-                WARNING,
-                f'{share} of the load of joint {joint} is friction besides, which the law that '
-                'is fitted holds on average: its Coulomb friction is that of a joint under load; '
-                f'--terms coulomb,viscous,stribeck,{LOAD} fits both',
-            )
+        what = (
+            f'{share} of the load of joint {joint} is friction besides, which the law that is '
+            'fitted holds on average: its Coulomb friction is that of a joint under load; '
+            f'--terms coulomb,viscous,stribeck,{LOAD} fits both'
         )
-    return replace(checks, findings=(*checks.findings, *found))
+        checks = checks.told(DataFinding('load', joint, WARNING, what))
+    return checks

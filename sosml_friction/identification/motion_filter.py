@@ -57,28 +57,30 @@ def smooth_motion(
     likelihood = 0.0
     for k in range(1, count):
         _transition(h[k - 1], mobility[k - 1], slope[k - 1], kept[k - 1], X, work, F, G, A)
-        _predict(
-            n,
-            0.5 * h[k - 1],
-            A,
-            G,
-            drive[k - 1],
-            white[k - 1],
-            friction,
-            kept[k - 1],
-            x,
-            P,
-            AP,
-            moved,
-        )
+        # x becomes A x + b and P becomes A P A^T + Q, with the drive and its noise in b and Q.
+        _turn(A, x, P, moved, AP)
+        half = 0.5 * h[k - 1]
+        for i in range(n):
+            for j in range(n):
+                pushed = G[i, j] * drive[k - 1, j]
+                x[n + i] += pushed
+                x[i] += half * pushed
+                noise = 0.0
+                for c in range(n):
+                    noise += G[i, c] * white[k - 1, c] * G[j, c]
+                P[n + i, n + j] += noise
+                P[i, n + j] += half * noise
+                P[n + j, i] += half * noise
+                P[i, j] += half * half * noise
+            P[2 * n + i, 2 * n + i] += friction[i] * (1.0 - kept[k - 1] ** 2)
         if back:
             steps[k] = A
         for j in range(2 * n):
             i = j % n
             if j >= n and not free[k, i]:
                 continue
-            measured, noise = (q[k, i], position[i]) if j < n else (slow[k, i], velocity[i])
-            error, variance = measured - x[j], P[j, j] + noise
+            measured, own = (q[k, i], position[i]) if j < n else (slow[k, i], velocity[i])
+            error, variance = measured - x[j], P[j, j] + own
             for a in range(m):
                 K[a] = P[a, j] / variance
             for a in range(m):
@@ -191,38 +193,6 @@ def _solve_both(M: FloatArray, F: FloatArray, G: FloatArray) -> None:
                     M[a, b] -= factor * M[c, b]
                     F[a, b] -= factor * F[c, b]
                     G[a, b] -= factor * G[c, b]
-
-
-@compiled
-def _predict(
-    n: int,
-    half: float,
-    A: FloatArray,
-    G: FloatArray,
-    drive: FloatArray,
-    white: FloatArray,
-    friction: FloatArray,
-    kept: float,
-    x: FloatArray,
-    P: FloatArray,
-    AP: FloatArray,
-    moved: FloatArray,
-) -> None:
-    """Overwrite x with A x + b and P with A P A^T + Q, with the drive and its noise in b and Q."""
-    _turn(A, x, P, moved, AP)
-    for i in range(n):
-        for j in range(n):
-            pushed = G[i, j] * drive[j]
-            x[n + i] += pushed
-            x[i] += half * pushed
-            noise = 0.0
-            for c in range(n):
-                noise += G[i, c] * white[c] * G[j, c]
-            P[n + i, n + j] += noise
-            P[i, n + j] += half * noise
-            P[n + j, i] += half * noise
-            P[i, j] += half * half * noise
-        P[2 * n + i, 2 * n + i] += friction[i] * (1.0 - kept**2)
 
 
 @compiled

@@ -1,15 +1,16 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""
-Numbers as a person reads them: as many digits as the uncertainty supports, and no more.
-
-Plain ASCII, so that a table survives every terminal.
-"""
+"""Numbers as a person reads them: as many digits as the uncertainty supports, and no more."""
 
 import math
 from collections.abc import Mapping
 
-from sosml_friction.identification.parameter_interval import HUGE, allowed_range, half_width
+from sosml_friction.identification.parameter_interval import (
+    HUGE,
+    allowed_range,
+    finite_interval,
+    half_width,
+)
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 
 UNKNOWN = '-'
@@ -124,11 +125,8 @@ def error_text(parameter: Parameter) -> str:
 
 def interval_text(parameter: Parameter) -> str:
     """Return the 95 % interval, ``-`` where there is none; a range stands for the value."""
-    if NOT_IDENTIFIABLE in parameter.flags or parameter.interval is None:
-        return UNKNOWN
-    if not all(map(math.isfinite, parameter.interval)):
-        return UNKNOWN
-    return format_interval(*parameter.interval, parameter.std_error)
+    interval = finite_interval(parameter)
+    return UNKNOWN if interval is None else format_interval(*interval, parameter.std_error)
 
 
 def range_text(name: str, parameter: Parameter) -> str:

@@ -74,9 +74,6 @@ def measure_ripple(time: FloatArray, q: FloatArray) -> tuple[PlateauRipple, ...]
     noise and above what noise reaches by chance (chi2), and in the strongest line of a plateau if
     it is above chance (F) and larger than one of rounding. What the spectrum has there beyond the
     noise, times (2 pi f)^2, is that of the speed.
-
-    :param time: seconds (N,), rising; samples may be missing.
-    :param q: position (N,) [rad or m].
     """
     quantum = signal_noise(q)[0]
     spectra = [_Spectrum(time, q, own, quantum) for own in _plateaus(time, q)]
@@ -285,8 +282,9 @@ def joint_ripple(
         own.kind and abs(own.bias) > 0.5 * width for own, width in zip(found, spread, strict=True)
     )
     stops = any(own.kind == 'stick-slip' for own in seen)
+    level = WARNING if stops else NOTE
     if fit is None or law is None or not biased:
-        return found, DataFinding('ripple', joint, WARNING if stops else NOTE, text)
+        return found, DataFinding('ripple', joint, level, text)
     shift = shift_by_ripple(found, law)
     # An error that is not known is no excuse.
     small = bool(shift) and all(
@@ -302,10 +300,10 @@ def joint_ripple(
     )
     if smoothed:
         text += '; this fit looks friction up at velocities smoothed by the torque, which show it'
-        return found, DataFinding('ripple', joint, WARNING if stops else NOTE, text)
-    if stops or not small:
+    elif stops or not small:
         text += ': mend the loop (a faster filter of its velocity, other gains) and record anew'
-    return found, DataFinding('ripple', joint, WARNING if stops or not small else NOTE, text)
+        level = WARNING
+    return found, DataFinding('ripple', joint, level, text)
 
 
 def shift_by_ripple(

@@ -215,8 +215,6 @@ def unsure_sign(v: FloatArray, zero_band: float, half: int) -> BoolArray:
 
     The velocity is a mean over a window. Near a start, stop or reversal it does not say on which
     side of it a sample is. Standstill, |v| <= ``zero_band``, is a sign of its own.
-
-    :param v: velocity (N,) [rad/s or m/s], finite.
     """
     way = np.where(np.abs(v) > zero_band, np.sign(v), 0.0)
     highest, lowest = (f(way, 2 * half + 1) for f in (maximum_filter1d, minimum_filter1d))
@@ -231,8 +229,6 @@ def segment_levels(segments: Sequence[Segment], tau_f: FloatArray) -> FloatArray
     median). The error by a quantised position has a mean of about zero over steady motion, but is
     not symmetric: the median is off by 1 % of the friction on the emulated RMD-X. NaN where less
     than half of a segment's samples have an estimate.
-
-    :param tau_f: estimate of one joint (N,).
     """
     levels = np.full(len(segments), np.nan)
     for k, segment in enumerate(segments):

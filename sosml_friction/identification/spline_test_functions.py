@@ -5,8 +5,7 @@
 import numpy as np
 from scipy.sparse import csr_array
 
-from sosml_friction.arrays import BoolArray, FloatArray
-from sosml_friction.identification.cubic_spline import cubic_spline
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.momentum_sampler import Stretch
 
 #: Test functions overlap: each begins a quarter of the support after the one before, which makes
@@ -21,9 +20,6 @@ class SplineTestFunctions:
     ``rows`` (N,) end the intervals of the stretch and ``before`` (N,) begin them; ``middle`` (K,)
     [s] of each phi; ``weights`` (K, N) integrate phi x; ``momentum`` (K, n) [Nm or N] is the
     integral of phi' p.
-
-    :param time: of each sample of the recording [s].
-    :param support: length of a phi [s].
     """
 
     def __init__(self, time: FloatArray, stretch: Stretch, support: float) -> None:
@@ -40,10 +36,6 @@ class SplineTestFunctions:
         self.weights, slopes = _matrices(starts, support, end, samples.h)
         self.momentum = slopes @ samples.integral
 
-    def cover(self, time: FloatArray) -> BoolArray:
-        """Return which times are between the first and the last middle."""
-        return (time >= self.middle[0]) & (time <= self.middle[-1])
-
 
 def _matrices(
     starts: FloatArray, support: float, end: FloatArray, h: FloatArray
@@ -53,8 +45,6 @@ def _matrices(
 
     By the means of phi and phi' over each interval: at its middle, intervals of unequal length
     would leave of a momentum that does not change M v h^3 phi''' / 24 each, not nothing.
-
-    :param end: ends of the intervals (N,) [s]; ``h`` (N,) their lengths.
     """
     piece = support / PIECES
     begin = end - h
@@ -70,3 +60,16 @@ def _matrices(
     shape = (len(starts), len(end))
     weights, slopes = upper - lower, (above - below) / h[index] / piece
     return csr_array((weights, index, bounds), shape), csr_array((slopes, index, bounds), shape)
+
+
+def cubic_spline(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """
+    Return the cubic B-spline of the knots -2, -1, 0, 1, 2 at x, and its integral from -2 to x.
+
+    ((2 - |x|)_+^3 - 4 (1 - |x|)_+^3) / 6, whose whole integral is 1.
+    """
+    far = np.abs(x)
+    outer, inner = np.maximum(2.0 - far, 0.0), np.maximum(1.0 - far, 0.0)
+    cubes, inner_cubes = outer * outer * outer, 4.0 * inner * inner * inner
+    beyond = (cubes * outer - inner_cubes * inner) / 24.0
+    return (cubes - inner_cubes) / 6.0, np.where(x > 0.0, 1.0 - beyond, beyond)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether stamps are the times of measurement, and how much viscous friction they feign if not."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 
@@ -64,11 +62,7 @@ def lateness(log: JointLog, column: int, period_s: float) -> tuple[float, float]
 
 
 def _moments(t: FloatArray, q: FloatArray, hole: float) -> tuple[float, float, float, float]:
-    """
-    Return sums over the inner samples of a stretch: 1, (v e)^2, v e (v e - what q goes), e^2.
-
-    :param hole: steps that are longer [s] take no part.
-    """
+    """Return sums of 1, (v e)^2, v e (v e - what q goes), e^2 over samples but those at holes."""
     steps = np.diff(t)
     v = (q[2:] - q[:-2]) / (t[2:] - t[:-2])
     used = (np.maximum(steps[1:], steps[:-1]) < hole) & (v != 0.0)

@@ -39,6 +39,7 @@ from sosml_friction.regression.body_width import (
 from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.estimate import (
     Estimate,
+    Placed,
     estimate,
     place,
     settle,
@@ -47,7 +48,7 @@ from sosml_friction.regression.estimate import (
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import Signals, prepare
+from sosml_friction.regression.signals import prepare
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
@@ -119,41 +120,37 @@ class TermFit:
 
         Which of its equations is true makes its size less sure, and not that it is there.
         """
-        estimate, first = self.estimate, len(self.laboratory.nominal.bound)
-        for each, part in with_amplitudes(estimate.placed, first):
-            if (each.term.identifier, self.names[each.joint]) == (term.term, term.joint):
-                k = part.start
-                variance = float(estimate.errors[k] ** 2 - estimate.shift[k] ** 2)
-                return float(estimate.fit.baseline.x[k] ** 2) / variance
-        return 0.0
+        found, (_, part) = self.estimate, self._placed(term)
+        variance = float(found.errors[part.start] ** 2 - found.shift[part.start] ** 2)
+        return float(found.fit.baseline.x[part.start] ** 2) / variance
 
     def residual(self) -> FloatArray:
         """Return what is left of the effort in the band (rows, n) [Nm or N]."""
         y, Z = self.laboratory.unwhitened()
         left = y - np.einsum('rnp,p->rn', Z, self.estimate.fit.baseline.x[: Z.shape[2]])
-        return left - sum(self.explained(term) for term in self.terms if self._placed(term))
+        return left - sum(self.explained(term) for term in self.terms if self._placed(term)[0])
 
     def explained(self, term: FittedTerm) -> FloatArray:
         """Return what a term explains of the effort in the band (rows, n) [Nm or N]."""
-        found = self._placed(term)
-        if found is None:
+        placed, part = self._placed(term)
+        if placed is None:
             joint = self.names.index(term.joint)
             index = self.laboratory.nominal.names.index(f'{term.joint} {term.term}')
             _, Z = self.laboratory.unwhitened()
             result = np.zeros(Z.shape[:2])
             result[:, joint] = Z[:, joint, index] * self.estimate.fit.baseline.x[index]
             return result
-        placed, amplitude = found
         columns = self.laboratory.own_columns(placed.term, placed.joint, placed.inner)
-        return np.asarray(columns @ amplitude)
+        return np.asarray(columns @ placed.term.whole(self.estimate.fit.baseline.x[part]))
 
-    def _placed(self, term: FittedTerm) -> Any:
-        fitted = self.estimate.fitted(self.laboratory)
-        for placed, one in zip(self.estimate.placed, fitted, strict=True):
+    def _placed(self, term: FittedTerm) -> tuple[Placed | None, slice]:
+        """Return a term as it was fitted and where its amplitudes are, None if of the nominal."""
+        first = len(self.laboratory.nominal.bound)
+        for placed, part in with_amplitudes(self.estimate.placed, first):
             where = ALL_JOINTS if placed.term.of_robot else self.names[placed.joint]
             if (placed.term.identifier, where) == (term.term, term.joint):
-                return placed, one.amplitude
-        return None
+                return placed, part
+        return None, slice(0)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""
@@ -259,8 +256,6 @@ def fit_terms(
         None for what the data say (:func:`~sosml_friction.regression.body_width.choose_width`).
     :param settled: whether inner parameters are searched beside one another once more.
     :param without: terms whose part of the effort is left in the noise.
-    :param logs: recordings; their joints include the model's.
-    :param terms: as for :func:`parse_terms`.
     :raises ConfigurationError: if a term is unknown or can act in none of its joints.
     :raises DataError: if a recording is too short, or lacks a joint.
     """
@@ -278,7 +273,7 @@ def fit_terms(
     laboratory = WhitenedRegression.make(
         signals, _library(wanted, without), settings, step, listed
     )
-    keys, left = _keys(laboratory, wanted, signals[0])
+    keys, left = _keys(laboratory, wanted)
     step('fitting the terms')
     laboratory, body = _with_body(laboratory, keys, body_tolerance, step)
     laboratory, found = _with_values(laboratory, keys, settled, step)
@@ -422,40 +417,30 @@ def _library(wanted: Mapping[str, Sequence[str]], without: Collection[str]) -> d
 
 
 def _keys(
-    laboratory: WhitenedRegression, wanted: Mapping[str, Sequence[str]], signals: Signals
+    laboratory: WhitenedRegression, wanted: Mapping[str, Sequence[str]]
 ) -> tuple[list[tuple[str, int]], dict[str, str]]:
-    """
-    Return the candidates that are asked for, and which terms cannot act, with the reason.
-
-    :raises ConfigurationError: if none is left.
-    """
-    known = {
-        (candidate.effect.identifier, candidate.joint, candidate.effect.of_robot)
-        for candidate in laboratory.candidates
+    """Return the candidates that are asked for, and which terms cannot act, with the reason."""
+    names = laboratory.robot.names
+    where = {
+        (
+            each.effect.identifier,
+            ALL_JOINTS if each.effect.of_robot else names[each.joint],
+        ): each.joint
+        for each in laboratory.candidates
     }
     keys: list[tuple[str, int]] = []
     left: dict[str, str] = {}
-    names = laboratory.robot.names
     for joint, terms in wanted.items():
         for term in terms:
             if term in NOMINAL and f'{joint} {term}' in laboratory.nominal.names:
                 continue
-            index = next(
-                (
-                    i
-                    for name, i, of_robot in sorted(known)
-                    if name == term
-                    and (of_robot if joint == ALL_JOINTS else not of_robot and names[i] == joint)
-                ),
-                None,
+            if (term, joint) in where:
+                keys.append((term, where[term, joint]))
+                continue
+            left[f'{term}@{joint}'] = (
+                f'{term} cannot act in {joint} on these data: the joint has none of what it '
+                'follows, or the recording is too short for it'
             )
-            if index is None:
-                left[f'{term}@{joint}'] = (
-                    f'{term} cannot act in {joint} on these data: the joint has none of what it '
-                    'follows, or the recording is too short for it'
-                )
-            else:
-                keys.append((term, index))
     if not keys and not any(term in NOMINAL for terms in wanted.values() for term in terms):
         raise ConfigurationError('; '.join(left.values()))
     return keys, left

@@ -4,21 +4,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs, savgol_filter
 
-from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.arrays import BoolArray, Entry, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.effort_timing import EffortTiming
+from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
-from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.segments import Segment, unsure_sign
 from sosml_friction.identification.spline_test_functions import PIECES, SplineTestFunctions
@@ -52,26 +53,6 @@ _WINDOW_S = 0.12
 _CLUSTER_S = 1.0
 #: Samples on either side of a change of sign that a smoothed velocity leaves unsure.
 _SMOOTHED = 5
-
-
-@dataclass(frozen=True)
-class WeakSettings:
-    """
-    Say how the weak form looks at a recording.
-
-    ``zero_band`` [rad/s or m/s], positive: slower is standstill, where the law jumps.
-    ``refit_inertia``: whether the joint's inertia is fitted too.
-    """
-
-    zero_band: float = 1e-3
-    refit_inertia: bool = False
-    form: LawForm = field(default_factory=LawForm)
-
-    def __post_init__(self) -> None:
-        if not self.zero_band > 0.0:
-            raise ConfigurationError(
-                f'weak-form setting zero_band is {self.zero_band}: it must be positive'
-            )
 
 
 @dataclass(frozen=True)
@@ -134,12 +115,18 @@ class WeakForm:
         log: JointLog,
         robot: Robot,
         effort_hold: Sequence[str] | str = 'start',
-        settings: WeakSettings | None = None,
+        settings: FitSettings | None = None,
         maximum_gap_s: float = 0.05,
         timing: EffortTiming | None = None,
         doubt: BodyDoubt | None = None,
     ) -> None:
-        self.settings = settings or WeakSettings()
+        self.settings = settings or FitSettings()
+        self._zero_band = self.settings.segments.zero_band
+        if not self._zero_band > 0.0:
+            # There the law jumps.
+            raise ConfigurationError(
+                f'weak-form setting zero_band is {self._zero_band}: it must be positive'
+            )
         self.robot, self._doubt = robot, doubt
         log = log.select(robot.names)
         self.time = log.time
@@ -179,7 +166,8 @@ class WeakForm:
             stretch = replace(stretch, samples=replace(samples, forcing=samples.forcing + lost))
             self._stretches.append(stretch)
             late = self._unsure * self._rise(stretch)
-            self._pieces.append(_Piece(tests, log, stretch, twisted, lost, late))
+            if tests.count:
+                self._pieces.append(_Piece(tests, log, stretch, twisted, lost, late))
 
     def _lost_effort(self, stretch: Stretch) -> FloatArray:
         """
@@ -225,7 +213,7 @@ class WeakForm:
                     # Friction without a law is anything up to the torque.
                     max(fit.residual_std, _EXACT * level) if fit else level,
                     self._v_noise[i],
-                    self.settings.zero_band,
+                    self._zero_band,
                     self._support,
                 )
             )
@@ -280,15 +268,12 @@ class WeakForm:
         means = rows.y
         if rows.extra is not None:
             means = means - rows.extra[:, 0]
-        pieces = [piece for piece in self._pieces if piece.tests.count]
-        middle = np.concatenate([piece.tests.middle for piece in pieces])
+        middle = np.concatenate([piece.tests.middle for piece in self._pieces])
         tau_f = np.full(len(self.time), np.nan)
-        for piece in pieces:
-            tests = piece.tests
-            inside = tests.cover(self.time)
-            tau_f[inside] = np.interp(
-                self.time[inside], piece.tests.middle, self._friction(piece, i)
-            )
+        for piece in self._pieces:
+            known = piece.tests.middle
+            inside = (self.time >= known[0]) & (self.time <= known[-1])
+            tau_f[inside] = np.interp(self.time[inside], known, self._friction(piece, i))
         fit = rows.fit(self.robot.effort_units[i])
         inertia = self._inertia(fit.extra[0]) if fit.extra else None
         return WeakFit(fit, inertia, middle, means, self._support, tau_f)
@@ -314,17 +299,20 @@ class WeakForm:
         return self._rows[asked]
 
     def _posed(self, i: int, smoothing_velocity: float | None) -> LawRows:
-        pieces = [piece for piece in self._pieces if piece.tests.count]
+        pieces = self._pieces
         if not pieces:
             raise DataError(
                 f'no {_SUPPORT_S:g} s of the recording are without a hole in '
                 'position, which the weak form needs: record without gaps'
             )
-        v = np.concatenate([piece.v[:, i] for piece in pieces])
-        y = np.concatenate([self._friction(piece, i) for piece in pieces])
-        lost = np.concatenate([piece.lost_effort(i) for piece in pieces])
-        late = np.concatenate([piece.late_effort(i) for piece in pieces])
-        middle = np.concatenate([piece.tests.middle for piece in pieces])
+
+        def joined(of: Callable[[_Piece], NDArray[Entry]]) -> NDArray[Entry]:
+            return np.concatenate([of(piece) for piece in pieces])
+
+        v = joined(lambda piece: piece.v[:, i])
+        y = joined(lambda piece: self._friction(piece, i))
+        lost = joined(lambda piece: piece.tests.weights @ piece.lost[:, i])
+        late = joined(lambda piece: piece.tests.weights @ piece.late[:, i])
         if not np.isfinite(y).any():
             raise DataError('the effort is missing in every part of the recording')
         ends = np.cumsum([len(piece.v) for piece in pieces])[:-1]
@@ -337,17 +325,17 @@ class WeakForm:
 
         doubt = None
         if self._doubt is not None:
-            doubt = np.concatenate([self._bodies(piece) for piece in pieces])[:, i, 1:]
+            doubt = joined(self._bodies)[:, i, 1:]
         extra = None
         if self.settings.refit_inertia:
-            extra = np.concatenate([piece.inertial(i) for piece in pieces])[:, None]
+            extra = joined(lambda piece: piece.inertial(i))[:, None]
             y = y + extra[:, 0]
         # The mean of f(v + noise) is f + variance f'' / 2, which the second difference takes off
         # where v has a noise of its own. A smoothed v is without what is not known of the true
         # one: the mean of friction is then that of f about it. Faster than this the law is next
         # to straight over the noise.
-        rows = np.concatenate([piece.tests.rows for piece in pieces])
-        first = np.concatenate([piece.tests.before for piece in pieces])
+        rows = joined(lambda piece: piece.tests.rows)
+        first = joined(lambda piece: piece.tests.before)
         variance = 0.5 * (self._variance[first, i] + self._variance[rows, i])
         # And the mean over both ends of an interval is not that of their mean velocity.
         variance += 0.25 * (self._log.v[rows, i] - self._log.v[first, i]) ** 2
@@ -375,7 +363,7 @@ class WeakForm:
             return LawRows(
                 around,
                 y,
-                (middle / _CLUSTER_S).astype(np.int64),
+                (joined(lambda piece: piece.tests.middle) / _CLUSTER_S).astype(np.int64),
                 known,
                 means(v),
                 unbiased,
@@ -388,7 +376,7 @@ class WeakForm:
                 unsure=doubt,
             )
 
-        zero_band = self.settings.zero_band
+        zero_band = self._zero_band
         v0 = smoothing_velocity
         found = beyond(max(zero_band, v0 or 0.0))
         if v0 is None:
@@ -463,10 +451,11 @@ class _Piece:
     ) -> None:
         self.tests = tests
         self.v = 0.5 * (log.v[tests.before] + log.v[tests.rows])
-        self._forcing, self._lost, self._late = stretch.samples.forcing, lost_effort, late_effort
+        # Of the forcing: the part of lost samples, and of one standard error of when it acts.
+        self.lost, self.late, self._forcing = lost_effort, late_effort, stretch.samples.forcing
         self.bodies: FloatArray | None = None
         self._coriolis = np.zeros_like(tests.momentum)
-        if twisted is not None and tests.count:
+        if twisted is not None:
             q, v = log.q[tests.rows], log.v[tests.rows]
             twist = [twisted.coriolis(*at).T @ at[1] for at in zip(q, v, strict=True)]
             self._coriolis = tests.weights @ np.array(twist)
@@ -474,14 +463,6 @@ class _Piece:
     def friction(self, i: int) -> FloatArray:
         """Return the means of tau_f, (K,)."""
         return np.array(self.tests.weights @ self._forcing[:, i] + self.tests.momentum[:, i])
-
-    def lost_effort(self, i: int) -> FloatArray:
-        """Return the part of lost samples in these means, (K,)."""
-        return np.array(self.tests.weights @ self._lost[:, i])
-
-    def late_effort(self, i: int) -> FloatArray:
-        """Return what one standard error of when effort acts adds to these means, (K,)."""
-        return np.array(self.tests.weights @ self._late[:, i])
 
     def inertial(self, i: int) -> FloatArray:
         """Return the means of p' - C^T q' = M q'' + C q', (K,)."""

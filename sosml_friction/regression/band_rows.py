@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,13 +87,17 @@ class BandRows:
             [columns_in_band(signals, candidate) for candidate in structures],
         )
 
+    def in_joint(self, joint: int) -> Iterator[tuple[Candidate, list[ColumnArray]]]:
+        """Yield the candidates that act in a joint, with their columns there (K, g, k)."""
+        for candidate, (joints, columns) in zip(self.candidates, self.columns, strict=True):
+            for k in np.flatnonzero(joints == joint):
+                yield candidate, [part[:, k] for part in columns]
+
     def without_standstill(self, resting: tuple[Signals, ...]) -> BandRows:
         """
         Return the same without any effort that joints may take at standstill.
 
         The arrays of ``self`` are overwritten: all grids together are the largest of a diagnosis.
-
-        :param resting: the same stretches, with their rests.
         """
         joints = range(resting[0].robot.n)
         for k, signals in enumerate(resting):

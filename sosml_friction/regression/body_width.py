@@ -68,7 +68,8 @@ def choose_width(laboratory: WhitenedRegression, system: System) -> BodyWidth:
     :param system: the laboratory's, with the columns of the terms that are fitted beside.
     """
     usual = laboratory.settings.tolerance
-    G, r, yy = _products(laboratory, system)
+    target = Fit.make(system, laboratory.y).target
+    G, r, yy = system.total, target.r.sum(axis=(0, 1)), float(target.yy.sum())
     widths = [usual, *(w for w in WIDTHS if w > usual)]
     count = float(laboratory.known.sum())
     widest = np.diag(_prior(laboratory, system, widths[-1]))
@@ -109,13 +110,6 @@ def with_width(laboratory: WhitenedRegression, tolerance: float) -> WhitenedRegr
     system = replace(laboratory.system, bound=nominal.bound, prior=nominal.prior)
     rows = replace(laboratory.rows, nominal=nominal)
     return replace(laboratory, rows=rows, system=system)
-
-
-def _products(
-    laboratory: WhitenedRegression, system: System
-) -> tuple[FloatArray, FloatArray, float]:
-    target = Fit.make(system, laboratory.y).target
-    return system.total, target.r.sum(axis=(0, 1)), float(target.yy.sum())
 
 
 def _prior(laboratory: WhitenedRegression, system: System, tolerance: float) -> FloatArray:

@@ -40,11 +40,7 @@ def with_carried_load(
 def fitted_to_carried_load(
     laboratory: WhitenedRegression, placed: Sequence[Placed]
 ) -> tuple[WhitenedRegression, list[Placed]]:
-    """
-    Return the regression and the terms with friction by the load of the bodies as found.
-
-    As they are where no term changes bodies, or none follows the load.
-    """
+    """Return both with friction by the load of the bodies that terms have changed, if any."""
     placed = list(placed)
     follows = [k for k, each in enumerate(placed) if each.term.axis == _LOAD]
     if not follows or not any(isinstance(each.term, BodyTerm) for each in placed):

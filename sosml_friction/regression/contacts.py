@@ -108,7 +108,6 @@ def find_impacts(
 
     :param residual: what the whole library leaves (rows, n) [Nm or N].
     :param load: what the body behind each gear needs (rows, n) [Nm or N].
-    :param step: time between rows [s].
     :param moving: rows (rows, n) that say something of a joint.
     """
     energy = residual**2
@@ -135,14 +134,10 @@ def find_impacts(
             over, count = label(uniform_filter1d(own, width) > _RINGING * level)
             touching = np.unique(over[inside])
             ring |= np.isin(over, touching[touching > 0]) if count else False
-        if _is_minority(spoiled | ring, moving):
+        rows = spoiled | ring
+        if all(rows[own].mean() < _MINORITY for own in moving.T if own.any()):
             found.append(impacts)
             spoiled |= ring
-
-
-def _is_minority(rows: BoolArray, moving: BoolArray) -> bool:
-    """Tell whether rows (rows,) are the smaller part of the motion of each joint."""
-    return all(rows[own].mean() < _MINORITY for own in moving.T if own.any())
 
 
 def _impacts(
@@ -204,8 +199,6 @@ def find_contacts(
     by: a push has a mean, where a resonance swings to both sides.
 
     :param residual: what the whole library leaves (rows, n) [Nm or N].
-    :param times: of the rows (rows,) [s].
-    :param step: time between rows [s].
     :param load: what the body behind each gear needs (rows, n) [Nm or N], to look for impacts.
     :param moving: rows (rows, n) that say something of a joint; None for all.
     :param expected: what the nominal model leaves (rows, n) [Nm or N]: a push that is on as often

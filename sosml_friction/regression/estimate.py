@@ -94,20 +94,18 @@ class Estimate:
 
     def fitted(self, laboratory: WhitenedRegression) -> list[Fitted]:
         """Return what was found of each term, as the term is asked about it."""
-        result = []
-        first = len(laboratory.nominal.bound)
-        for k, (placed, part) in enumerate(with_amplitudes(self.placed, first)):
-            result.append(
-                Fitted(
-                    laboratory.signals[0],
-                    placed.joint,
-                    placed.inner,
-                    placed.term.whole(self.fit.baseline.x[part]),
-                    self.errors[part],
-                    self.inner_errors[k],
-                )
+        parts = with_amplitudes(self.placed, len(laboratory.nominal.bound))
+        return [
+            Fitted(
+                laboratory.signals[0],
+                placed.joint,
+                placed.inner,
+                placed.term.whole(self.fit.baseline.x[part]),
+                self.errors[part],
+                inner_errors,
             )
-        return result
+            for (placed, part), inner_errors in zip(parts, self.inner_errors, strict=True)
+        ]
 
 
 def with_amplitudes(placed: Sequence[_T], first: int) -> Iterator[tuple[_T, slice]]:
@@ -141,7 +139,7 @@ def settle(
         step(f'settling the inner parameters, round {number + 1}')
         change, before = linear.newton(), cost
         for share in _SHARES:
-            ahead = linear.moved(laboratory, result, share * change)
+            ahead = linear.moved(result, share * change)
             there, its = equations_of(laboratory, ahead).solve()
             if its < before:
                 result, x, cost = ahead, there, its
@@ -167,6 +165,7 @@ class Linear:
     physical range. ``stands_for``: which amplitudes may stand for a nominal parameter.
     """
 
+    laboratory: WhitenedRegression
     equations: NormalEquations
     known: int
     slopes: tuple[CandidateColumns, ...]
@@ -197,7 +196,8 @@ class Linear:
         ]
         columns = [*(each.columns for each in placed), *slopes]
         equations = NormalEquations.make(laboratory.system, laboratory.target, columns)
-        return cls(equations, len(x), tuple(slopes), np.array(stands_for, bool), tuple(owners))
+        stands = np.array(stands_for, bool)
+        return cls(laboratory, equations, len(x), tuple(slopes), stands, tuple(owners))
 
     def newton(self) -> FloatArray:
         """Return the step of the logarithms to where the linearised cost is least."""
@@ -208,19 +208,17 @@ class Linear:
         lower, upper = np.concatenate([-known, low]), np.concatenate([known, np.maximum(high, 0)])
         return solve_bounded(sums.G + np.diag(sums.penalty), sums.r, lower, upper)[-count:]
 
-    def moved(
-        self, laboratory: WhitenedRegression, placed: Sequence[Placed], change: FloatArray
-    ) -> list[Placed]:
+    def moved(self, placed: Sequence[Placed], change: FloatArray) -> list[Placed]:
         """Return terms whose inner parameters are changed."""
         inner = [dict(each.inner) for each in placed]
         for (k, name, own, (low, high)), x in zip(self.owners, change, strict=True):
             inner[k][name] = float(np.clip(own * np.exp(x), low, high))
         return [
-            each if now == each.inner else each.with_inner(laboratory, now)
+            each if now == each.inner else each.with_inner(self.laboratory, now)
             for each, now in zip(placed, inner, strict=True)
         ]
 
-    def covariance(self, laboratory: WhitenedRegression) -> tuple[FloatArray, IndexArray]:
+    def covariance(self) -> tuple[FloatArray, IndexArray]:
         """
         Return the inverse of the curvature of the cost (m, m), and nominal parameters left out.
 
@@ -228,7 +226,7 @@ class Linear:
         the term has all of its change. Not so of an inertia, whose regressor is differentiated
         twice: the tolerance of the nominal one stays in its error.
         """
-        data, own, known = self.equations.G, len(laboratory.nominal.bound), self.known
+        data, own, known = self.equations.G, len(self.laboratory.nominal.bound), self.known
         size = np.sqrt(np.maximum(np.diag(data), np.finfo(float).tiny))
         alike = np.abs(data[:own, own:known]) / size[:own, None] / size[own:known]
         named = np.flatnonzero(((alike > _SAME_COLUMN) & self.stands_for).any(axis=1))
@@ -242,7 +240,7 @@ class Linear:
         scale = 1.0 / np.sqrt(np.diag(G))
         return np.asarray(np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None])
 
-    def variances(self, laboratory: WhitenedRegression, fit: Fit) -> FloatArray:
+    def variances(self, fit: Fit) -> FloatArray:
         """
         Return variances of all parameters of the ``fit``, (m,): the sum of three.
 
@@ -255,7 +253,7 @@ class Linear:
         beyond chance.
         """
         wide, x = fit.system.extended(self.slopes), fit.baseline.x
-        covariance, named = self.covariance(laboratory)
+        covariance, named = self.covariance()
         data = self.equations.G.copy()
         data[named], data[:, named] = 0.0, 0.0
         left = fit.target.y - wide.Z[:, :, : len(x)] @ x
@@ -268,25 +266,24 @@ class Linear:
         spread = (scores - scores.mean(axis=0)) @ covariance
         between = np.sum(spread**2, axis=0) * count / (count - 1)
         noise = np.einsum('ij,jk,ki->i', covariance, data, covariance)
-        ratio = max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+        ratio = max(fit.baseline.cost / float(self.laboratory.known.sum()), 1.0)
         result = np.maximum(noise * ratio, between)
         result += (covariance**2) @ (UNIFORM * wide.prior_weight())
-        result += self._beyond(laboratory, x, named, scores.sum(axis=0)) ** 2
-        result += self._by_reversals(x, wide.Z, laboratory, left, named, covariance)
+        result += self._beyond(x, named, scores.sum(axis=0)) ** 2
+        result += self._by_reversals(x, wide.Z, left, named, covariance)
         return np.asarray(result)
 
     def _by_reversals(
         self,
         x: FloatArray,
         Z: FloatArray,
-        laboratory: WhitenedRegression,
         left: FloatArray,
         named: IndexArray,
         covariance: FloatArray,
     ) -> FloatArray:
         """Return the squares of what the rows beside reversals move, beyond what chance would."""
         penalty = self.equations.penalty
-        far = far_from_reversals(laboratory, Z)
+        far = far_from_reversals(self.laboratory, Z)
         kept = Z * far[:, :, None]
         G = np.einsum('rnp,rnq->pq', kept, kept, optimize=True)
         alone = self._inverse(G, named, penalty)
@@ -296,17 +293,15 @@ class Linear:
         chance = np.maximum(np.diag(alone) - np.diag(covariance), 0.0)
         return np.asarray(np.maximum((alone @ pull) ** 2 - chance, 0.0))
 
-    def _beyond(
-        self, laboratory: WhitenedRegression, x: FloatArray, named: IndexArray, score: FloatArray
-    ) -> FloatArray:
+    def _beyond(self, x: FloatArray, named: IndexArray, score: FloatArray) -> FloatArray:
         """Return how all parameters would move if none of the nominal's were held by its bound."""
-        bound = laboratory.nominal.bound
+        bound = self.laboratory.nominal.bound
         at = np.abs(x[: len(bound)]) >= AT_BOUND * bound
         held = np.setdiff1d(np.flatnonzero(at & (bound > 0.0)), named)
         if not len(held):
             return np.zeros_like(score)
         penalty = self.equations.penalty.copy()
-        penalty[held] -= laboratory.system.prior_weight()[held]
+        penalty[held] -= self.laboratory.system.prior_weight()[held]
         pull = score.copy()
         pull[: len(x)] -= penalty[: len(x)] * x
         result = self._inverse(self.equations.G, named, penalty) @ pull
@@ -324,7 +319,7 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     system = laboratory.system.extended([each.columns for each in placed])
     fit = Fit.make(system, laboratory.y)
     linear = Linear.make(laboratory, placed, fit.baseline.x)
-    variance = linear.variances(laboratory, fit)
+    variance = linear.variances(fit)
     for each, part in with_amplitudes(placed, len(laboratory.nominal.bound)):
         variance[part] += (_regressor_error(laboratory, each) * fit.baseline.x[part]) ** 2
     known, shift = linear.known, np.sqrt(_rival_variance(laboratory, placed, linear, fit))
@@ -409,8 +404,6 @@ def place(
 
     As a diagnosis accepts causes: the one that explains most at the best point of its grid first,
     refined beside those before it.
-
-    :param wanted: identifier and joint of candidates of the laboratory.
     """
     left = [
         (candidate, columns)

@@ -68,12 +68,7 @@ def make_blocks(rows: int, blocks: int, folds: int) -> Blocks:
 
 
 def whiten_all(parts: Sequence[ColumnArray], noise: Sequence[NoiseModel]) -> ColumnArray:
-    """
-    Return columns of all stretches whitened and joined, (rows, n, ...).
-
-    :param parts: of each stretch (K, n, ...), filtered to the band.
-    :param noise: of each joint.
-    """
+    """Return parts in the band (K, n, ...) whitened and joined, (rows, n, ...)."""
     weights = np.stack([model.whitening for model in noise])
     whitened = [
         convolve_rows(
@@ -172,17 +167,8 @@ class CandidateColumns:
     @classmethod
     def make(cls, system: System, rows: IntArray, C: ColumnArray) -> CandidateColumns:
         """Return the products of ``C`` with itself and with the system."""
-        _, m, g, k = C.shape
-        p = system.Z.shape[2]
-        A, B = [], []
-        for a, b in system.blocks.ranges:
-            part = C[a:b]
-            A.append(_squares(part))
-            cross = np.zeros((p, g * k))
-            for i in range(m):
-                cross += products(system.Z[a:b, rows[i]].T, part[:, i].reshape(b - a, g * k))
-            B.append(cross.reshape(p, g, k).transpose(1, 0, 2))
-        return cls(rows, C, np.array(A), np.array(B))
+        A = np.array([_squares(C[a:b]) for a, b in system.blocks.ranges])
+        return cls(rows, C, A, np.empty((*A.shape[:2], 0, A.shape[2]))).beside(system)
 
     def beside(self, system: System) -> CandidateColumns:
         """Return the same with an extended system, whose first columns are the known ones."""

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Free curves beside a fit, as large as the data say: variances by evidence."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -106,12 +104,7 @@ def _own(first: int, counts: Sequence[int]) -> list[IndexArray]:
 
 
 def _standard(products: FloatArray, seen: int) -> FloatArray:
-    """
-    Return the hats' coefficients (h, h) of independent ones of variance 1 that make a curve.
-
-    :param products: of the hats with each other (h, h).
-    :param seen: number of rows that see a hat.
-    """
+    """Return the hats' coefficients (h, h) of independent ones of variance 1 that make a curve."""
     k = np.arange(len(products))
     kernel = np.exp(-0.5 * ((k - k[:, None]) / _SMOOTH) ** 2) + _JITTER * np.eye(len(k))
     root = np.linalg.cholesky(kernel)
@@ -126,11 +119,7 @@ def _normal(
     told: BoolArray,
     target: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """
-    Return W' W and W' y of the free columns of Z and all hats together, summed over the joints.
-
-    Some rows at a time: copies of all would be what takes most memory.
-    """
+    """Return W' W and W' y of Z's free columns and all hats, in blocks of rows for the memory."""
     known = len(free)
     own = _own(known, [hats.shape[1] for _, hats in curves])
     count = known + sum(len(part) for part in own)

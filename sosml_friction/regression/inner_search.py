@@ -31,8 +31,6 @@ def refine(
     The continuous ones are searched from ``start``, a frequency from the best around it, by Nelder
     and Mead's simplex, within their physical range; sizes by their logarithm, a frequency by
     cycles over the range of motion.
-
-    :param fit: beside which the term is.
     """
     known = term.inner_bounds(laboratory.signals[0], joint)
     bounds = {name: known[name] for name in term.refined if name in known}

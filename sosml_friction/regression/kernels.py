@@ -73,11 +73,7 @@ def squares(part: ColumnArray) -> FloatArray:
 
 @compiled
 def hats(x: FloatArray, knots: FloatArray) -> FloatArray:
-    """
-    Return hat functions of x, (N, knots): 1 at their knot, 0 at the others, lines between.
-
-    Beyond the ends the first and the last stay 1.
-    """
+    """Return hats of x, (N, knots): 1 at their knot, 0 at others, lines between, 1 beyond ends."""
     count = len(knots)
     result = np.zeros((len(x), count))
     for t in range(len(x)):

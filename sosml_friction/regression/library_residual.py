@@ -107,7 +107,6 @@ class LibraryResidual:
         coefficients of the library alike.
 
         :param pieces: which pieces of the stretches are of noise.
-        :param least: smallest standard deviation.
         """
         left, rng = self.steady[joint], np.random.default_rng(joint)
         *ends, count = np.cumsum([len(x) for x in left]).tolist()
@@ -209,19 +208,13 @@ def _parts(rows: BandRows) -> Iterator[tuple[int, slice]]:
 
 
 def _design_matrix(rows: BandRows, joint: int, s: int, part: slice) -> FloatArray:
-    """
-    Return the columns of the nominal, of all small grids and of the free curves in a joint.
-
-    Of some rows of a stretch. Points of a larger grid are fitted one after the other.
-    """
+    """Return a joint's nominal columns, small grids and free curves in rows of a stretch."""
     stack = [rows.nominal_columns[s][part, joint]]
-    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
-        at = np.flatnonzero(joints == joint)
-        if len(at) and len(candidate.grid) <= SMALL_GRID:
-            stack.append(columns[s][part, at[0]].reshape(len(stack[0]), -1))
+    for candidate, columns in rows.in_joint(joint):
+        if len(candidate.grid) <= SMALL_GRID:
+            stack.append(columns[s][part].reshape(len(stack[0]), -1))
     joints, columns = rows.structure_columns[joint]
-    at = np.flatnonzero(joints == joint)
-    stack.append(columns[s][part, at[0]].reshape(len(stack[0]), -1))
+    stack.append(columns[s][part, int(np.argmax(joints == joint))].reshape(len(stack[0]), -1))
     return np.concatenate(stack, axis=1)
 
 
@@ -232,11 +225,9 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
     They are sinusoids of position; left in, the noise model would whiten them away. The strongest
     is fitted and taken off, again and again, while it takes more than chance would.
     """
-    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
-        at = np.flatnonzero(joints == joint)
-        if not len(at) or len(candidate.grid) <= SMALL_GRID:
+    for candidate, parts in rows.in_joint(joint):
+        if len(candidate.grid) <= SMALL_GRID:
             continue
-        parts = [part[:, at[0]] for part in columns]
         C = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)
         inverse = np.linalg.pinv(squares(C[:, None]))
         kept: list[FloatArray] = []
@@ -262,8 +253,6 @@ def unknown_at_rest(
     Return the joints of which the library leaves notably more at standstill than in motion.
 
     There the sign of the last motion is not what friction is at standstill.
-
-    :param left: what is left of each joint, by stretch (K,).
     """
     found = set()
     for i, stretches in enumerate(left):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nominal model as columns: how far each of its parameters may be off without a cause."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -107,22 +107,18 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     s = signals.sign[:, joint]
     late = -first_derivative(s, signals.band.step)
     columns = {**turn_columns(signals, joint), 'shape': bump(s), LATE: late}
-    scales = signals.scales
-    if scales.width[joint] > 0.0:
-        wider = replace(scales, width=_WIDER * scales.width)
-        over = float(scales.displacement[joint])
-        columns[SOFTER] = sign_state(signals.q, signals.v, joint, over, wider) - s
+    over, width = (x[joint] for x in (signals.scales.displacement, signals.scales.width))
+    if width > 0.0:
+        q, v = signals.q[:, joint], signals.v[:, joint]
+        columns[SOFTER] = sign_state(q, v, over, _WIDER * width) - s
     return columns
 
 
 def turn_columns(signals: Recording, joint: int) -> dict[str, FloatArray]:
     """Return z - s of states z that change over less and over more than s, by name."""
-    scales = signals.scales
-    over, s = float(scales.displacement[joint]), signals.sign[:, joint]
-    return {
-        name: sign_state(signals.q, signals.v, joint, share * over, scales) - s
-        for name, share in TURNS.items()
-    }
+    over, width = (x[joint] for x in (signals.scales.displacement, signals.scales.width))
+    q, v, s = (x[:, joint] for x in (signals.q, signals.v, signals.sign))
+    return {name: sign_state(q, v, share * over, width) - s for name, share in TURNS.items()}
 
 
 def make_nominal(
@@ -143,10 +139,8 @@ def make_nominal(
     besides have a deviation for each amplitude, by ``tolerance`` of their ``size``.
 
     :param signals: of any stretch; only the model's own numbers are used.
-    :param silent: joints without rows.
     :param free_inertia: joints whose rotor may be off by all but the tolerance of the inertia that
         they have in the middle of the motion.
-    :param unknown_armature: joints of whose rotor nothing is known.
     """
     scales, robot = signals.scales, signals.robot
     names: list[str] = []

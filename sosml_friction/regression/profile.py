@@ -118,7 +118,7 @@ class _Walk:
         linear = Linear.make(laboratory, estimate.placed, estimate.fit.baseline.x)
         parts = list(with_amplitudes(estimate.placed, len(laboratory.nominal.bound)))
         self.part = parts[which][1]
-        modelled = np.diag(linear.covariance(laboratory)[0])[self.part]
+        modelled = np.diag(linear.covariance()[0])[self.part]
         # How much more scatter there is than the modelled noise makes, in this term's sizes.
         errors = _without(estimate.errors[self.part], estimate.shift[self.part])
         self.limit = Z_95**2 * float(np.max(errors**2 / modelled))
@@ -135,7 +135,7 @@ class _Walk:
         self.now = settle(self.laboratory, start, held=everything | mine) if held else start
         x, cost = equations_of(self.laboratory, self.now).solve()
         linear = Linear.make(self.laboratory, self.now, x, everything | mine)
-        modelled = np.diag(linear.covariance(self.laboratory)[0])
+        modelled = np.diag(linear.covariance()[0])
         part = list(with_amplitudes(self.now, len(self.laboratory.nominal.bound)))[-1][1]
         excess = (cost - self.least) / self.limit
         room = max(1.0 - excess, 0.0) * self.limit

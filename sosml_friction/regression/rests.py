@@ -50,9 +50,6 @@ def resting(q: FloatArray, band: Band, most: float, cycles: float = 1.0) -> list
     Return where a joint is slow enough to rest, as samples (from, to).
 
     All that is in so many cycles of the band in which it goes no further than ``most``.
-
-    :param q: position (N,) [rad or m].
-    :param most: [rad or m].
     """
     size = max(3, round(cycles / (band.cutoff * band.step)))
     if len(q) < size:
@@ -67,9 +64,6 @@ def turning(q: FloatArray, limit: float) -> list[tuple[int, int]]:
     Return where a joint is within ``limit`` of where it turns around, as samples (from, to).
 
     There it may stick, for any time, and friction is anything up to that of motion to either side.
-
-    :param q: position (N,) [rad or m].
-    :param limit: way over which the sign of motion may change [rad or m].
     """
     moves = np.flatnonzero(np.diff(q))
     forwards = q[moves + 1] > q[moves]
@@ -138,9 +132,7 @@ def stopping_joints(
     A joint that is nowhere slow for three cycles and 0.2 s only reverses. A stop at an end of a
     stretch does not count: a hole may have cut it.
 
-    :param stretches: smoothed position (N, n) [rad or m] and the band of each.
-    :param limit: way over which the sign of motion may change (n,) [rad or m].
-    :param speed: top speed (n,) [rad/s or m/s].
+    :param limit: way over which the sign of motion may change [rad or m]; ``speed``: the top one.
     """
     result = []
     for i in range(len(limit)):
@@ -176,7 +168,6 @@ def find_rests(
 
     A joint that stands throughout the stretch has no rest: nothing would be left of it.
 
-    :param q: smoothed position (N, n) [rad or m].
     :param joints: of :func:`stopping_joints`; ``limit`` and ``speed`` as there.
     """
     result: list[Rest] = []
@@ -399,12 +390,7 @@ def _project(part: ColumnArray, base: FloatArray) -> None:
 
 
 def without_rests(x: ColumnArray, joints: Sequence[int], rests: Sequence[Rest]) -> ColumnArray:
-    """
-    Take what any course of effort at rest explains out of ``x`` (rows, m, ...), in place.
-
-    :param x: in the band.
-    :param joints: which joint each of the m is.
-    """
+    """Take what effort at rest explains out of ``x`` (rows, joints, ...) in the band, in place."""
     for rest in rests:
         for k, joint in enumerate(joints):
             if joint == rest.joint:

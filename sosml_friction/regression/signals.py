@@ -119,11 +119,7 @@ class Signals:
 
     @cached_property
     def motion(self) -> Motion:
-        """
-        Return the motion as terms look at it; the load is that of the bodies.
-
-        The rotor is before the gear, which passes on what its body needs.
-        """
+        """Return the motion as terms see it; its load is the bodies', behind rotor and gear."""
         warm = np.full_like(self.q, np.nan)
         if self.temperature is not None:
             warm = self.temperature - self.temperature[0]
@@ -136,11 +132,7 @@ class Signals:
         return np.asarray(self.tau - self.torque - self.shaken)
 
     def through_gears(self, load: FloatArray) -> FloatArray:
-        """
-        Return the effort that a small load beyond the gears takes, (N, n, ...) as ``load``.
-
-        With what the model's friction by load takes more: load (1 + df / dload).
-        """
+        """Return load (1 + df / dload), (N, n, ...): with what known friction by load takes."""
         share = np.broadcast_to(1.0 + self.by_load, self.q.shape)
         return np.asarray(load * share.reshape(*share.shape, *(1,) * (load.ndim - 2)))
 
@@ -259,8 +251,7 @@ def _in_steps(x: FloatArray, quantum: float) -> bool:
 def find_scales(logs: Sequence[JointLog], model: RobotModelFile, robot: Robot) -> Scales:
     """Return the scales of the joints over all recordings."""
     n = robot.n
-    quantum = np.array([max(signal_noise(log.q[:, i])[0] for log in logs) for i in range(n)])
-    noise = np.array([max(signal_noise(log.q[:, i])[1] for log in logs) for i in range(n)])
+    quantum, noise = np.max([[signal_noise(x) for x in log.q.T] for log in logs], axis=0).T
     q = np.concatenate([log.q for log in logs])
     tau = np.concatenate([log.tau for log in logs])
     # What is not known takes no part.
@@ -314,18 +305,12 @@ def find_scales(logs: Sequence[JointLog], model: RobotModelFile, robot: Robot) -
 def make_signals(
     stretch: JointLog, robot: Robot, scales: Scales, band: Band, start_s: float
 ) -> Signals:
-    """
-    Return the signals of one even stretch.
-
-    :param start_s: time of its first sample [s].
-    """
+    """Return the signals of one even stretch that begins at ``start_s`` [s]."""
     step = band.step
     q = band.smooth(stretch.q)
     v = first_derivative(q, step)
     a = first_derivative(v, step)
-    sign = np.column_stack(
-        [sign_state(q, v, i, scales.displacement[i], scales) for i in range(robot.n)]
-    )
+    sign = _signs(q, v, scales)
     noise = _position_noise(stretch, robot, step)[0].drawn(np.random.default_rng(0))
     steady = steady_acceleration(a, second_derivative(band.smooth(noise), step), band)
     regressor = robot.torque_regressors(q, v, steady)
@@ -424,18 +409,19 @@ def prepare(
     return prepared if known else _with_fitted_sign(prepared, knees)
 
 
-def sign_state(
-    q: FloatArray, v: FloatArray, joint: int, displacement: float, scales: Scales
-) -> FloatArray:
+def sign_state(q: FloatArray, v: FloatArray, displacement: float, width: float) -> FloatArray:
     """
-    Return the sign of a joint's motion as its friction has it, (N,).
+    Return the sign of a joint's motion (N,) as its friction has it, (N,).
 
-    It changes over a displacement, and as smoothly with velocity as the model says.
-
-    :param q: positions (N, n); ``v`` velocities.
+    It changes over a displacement, and smoothly over a width of velocity.
     """
-    z = dahl_path(np.ascontiguousarray(q[:, joint]), displacement)
-    return softened(z, v[:, joint], scales.width[joint])
+    return softened(dahl_path(np.ascontiguousarray(q), displacement), v, width)
+
+
+def _signs(q: FloatArray, v: FloatArray, scales: Scales) -> FloatArray:
+    """Return the signs of all joints' motion, (N, n)."""
+    columns = zip(q.T, v.T, scales.displacement, scales.width, strict=True)
+    return np.column_stack([sign_state(*column) for column in columns])
 
 
 def bump(sign: FloatArray) -> FloatArray:
@@ -477,9 +463,7 @@ def _with_fitted_sign(prepared: list[Signals], knees: Sequence[float]) -> list[S
     )
     result = []
     for signals in prepared:
-        sign = np.column_stack(
-            [sign_state(signals.q, signals.v, i, displacement[i], fitted) for i in range(n)]
-        )
+        sign = _signs(signals.q, signals.v, fitted)
         friction = nominal_friction(signals.v, sign, fitted)
         result.append(replace(signals, sign=sign, friction=friction, scales=fitted))
     return result
@@ -519,21 +503,15 @@ def _best_sign(
     """
     Return the most that a sign explains of an effort, and its displacement and width.
 
-    :param U: what acts beside it, of which ``y`` has nothing.
-    :param tried: displacements and widths.
     :param knees: v_s of Stribeck friction that may act besides, any of them or none.
     """
     best, found = -1.0, tried[0]
     for over, width in tried:
         parts = []
         for signals in prepared:
-            scales = replace(signals.scales, width=np.full(signals.robot.n, width))
-            state = sign_state(signals.q, signals.v, joint, over, scales)
-            faded = [
-                state * fade(signals.v[:, joint], v_s, 1.0)
-                for v_s in knees
-                if width < _OF_KNEE * v_s
-            ]
+            v = signals.v[:, joint]
+            state = sign_state(signals.q[:, joint], v, over, width)
+            faded = [state * fade(v, v_s, 1.0) for v_s in knees if width < _OF_KNEE * v_s]
             columns = map(signals.band.apply, (state, bump(state), *faded))
             parts.append(np.column_stack(list(columns)))
         both = np.concatenate(parts)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A term that a model states, with what its numbers are off in proportion to."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sosml_friction.arrays import FloatArray

@@ -120,11 +120,9 @@ def _elsewhere(
     all rows.
     """
     elsewhere, there = [[part[:, joint] for part in rows.nominal_columns]], []
-    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
-        at = np.flatnonzero(joints == joint)
-        if not len(at) or len(candidate.grid) > SMALL_GRID:
+    for candidate, own in rows.in_joint(joint):
+        if len(candidate.grid) > SMALL_GRID:
             continue
-        own = [part[:, at[0]] for part in columns]
         if candidate.effect.at_reversals:
             C = np.concatenate(own)
             there += [C[:, k] for k in range(C.shape[1])]

@@ -69,9 +69,7 @@ class WhitenedRegression:
         """
         Low-pass, whiten and multiply everything once.
 
-        :param signals: stretches of the recordings.
         :param library: effects to look for, by identifier.
-        :param step: called with what is being done.
         :param kept: effects that remain candidates once the noise is known; None for all.
         :raises ConfigurationError: if no effect can act in these joints.
         :raises DataError: if the recordings are too short for the blocks.
@@ -164,11 +162,7 @@ class WhitenedRegression:
         return list(with_rests(others, self.signals) if self.without_rests else others)
 
     def unwhitened(self) -> tuple[FloatArray, FloatArray]:
-        """
-        Return residual (rows, n) and nominal columns (rows, n, p).
-
-        In the band, in Nm or N, in the rows of the whitened ones.
-        """
+        """Return residual (rows, n) and nominal columns (rows, n, p) in the band, unwhitened."""
         return _joined(self.rows.residual), _joined(self.rows.nominal_columns)
 
     def split(self, rows: NDArray[Entry]) -> list[NDArray[Entry]]:
@@ -181,11 +175,7 @@ class WhitenedRegression:
         return _joined([signals.band.apply(signals.tau) for signals in self.signals])
 
     def measured_in_motion(self) -> FloatArray:
-        """
-        Return the same without what joints at rest may take, as residual and columns are.
-
-        NaN of joints of which nothing is known.
-        """
+        """Return the same without what rests may take, NaN of joints of which nothing is known."""
         measured = _joined([signals.in_band(signals.tau) for signals in self.signals])
         measured[:, sorted(self.nominal.silent)] = np.nan
         return measured

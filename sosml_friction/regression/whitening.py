@@ -53,9 +53,6 @@ class Whitening:
         Return the whitening of the noise in a residual.
 
         :param library: what it leaves: noise is what is steady, and a push need not be.
-        :param resting: the stretches with their rests.
-        :param leave_out: leave out standstill.
-        :param tolerance: relative error of a nominal parameter that is normal.
         """
         contacts = _contacts(rows, library.left, resting, tolerance**2)
         models = []
@@ -78,12 +75,7 @@ class Whitening:
         )
 
     def apply(self, parts: Sequence[ColumnArray], joints: IndexArray | None = None) -> ColumnArray:
-        """
-        Return rows of all stretches whitened and joined, zero where they say nothing.
-
-        :param parts: of each stretch (K, m, ...), in the band.
-        :param joints: which joint each of the m is; None for all n.
-        """
+        """Return (K, m, ...) of ``joints``, None for all, whitened and joined; 0: says nothing."""
         joints = np.arange(len(self.noise)) if joints is None else joints
         x = whiten_all(parts, [self.noise[i] for i in joints])
         if self.standstill is not None:
@@ -104,8 +96,6 @@ def _pieces(
     Return the pieces of a residual that are noise: without contacts, and rests that are left out.
 
     All that is known where no piece is long enough.
-
-    :param contact: by whitened row.
     """
     told = [(s, x) for s, x in zip(signals, stretches, strict=True) if joint not in s.silent]
     if not leave_out and not contact.any():
@@ -136,35 +126,22 @@ def _contacts(
     :param second: that, as a share of effort: the square of the tolerance, the second order.
     """
     friction = 2.0 * _coulomb(rows)
-    parts = [
-        x - np.where(in_motion(s, len(x)), 0.0, np.clip(x, -friction, friction))
-        for s, x in zip(
-            resting, (np.stack(own, axis=1) for own in zip(*left, strict=True)), strict=True
-        )
-    ]
-    residual, moving, times, load, wrong = [], [], [], [], []
+    parts = []
     band = rows.signals[0].band
     # With the rests that were taken out: zeros are no usual size, whether friction there is known
     # or not.
-    for s, part in zip(resting, parts, strict=True):
-        kept = slice(s.band.first, None, s.band.factor)
+    for s, nominal, *own in zip(resting, rows.residual, *left, strict=True):
+        x = np.stack(own, axis=1)
+        moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, LOAD_SMOOTHER)
-        residual.append(part[ORDER:])
-        moving.append(in_motion(s, len(part))[ORDER:])
-        times.append(s.time[kept][: len(part)][ORDER:])
-        load.append(body[kept][: len(part)][ORDER:])
-        wrong.append(second * np.abs(s.band.apply(s.tau))[: len(part)][ORDER:])
-    return find_contacts(
-        np.concatenate(residual),
-        np.concatenate(times),
-        band.output_step,
-        np.concatenate(load),
-        np.concatenate(moving),
-        np.concatenate([part[ORDER:] for part in rows.residual]),
-        -(-band.half // band.factor) + ORDER,
-        np.concatenate(wrong),
-    )
+        residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
+        wrong = second * np.abs(s.band.apply(s.tau))
+        columns = (residual, s.band.at_rows(s.time), s.band.at_rows(body), moves, nominal, wrong)
+        parts.append([column[seen] for column in columns])
+    residual, times, load, moving, expected, wrong = map(np.concatenate, zip(*parts, strict=True))
+    reach = -(-band.half // band.factor) + ORDER
+    return find_contacts(residual, times, band.output_step, load, moving, expected, reach, wrong)
 
 
 def _coulomb(rows: BandRows) -> FloatArray:

@@ -60,8 +60,6 @@ def simulate_closed_loop(
     with as many steps in a sample as the slope of the sign needs.
 
     :param reference: wanted position at each sample (N,) [rad or m].
-    :param step: time between samples [s].
-    :param parameters: M, B, C and bias as ``inertia``, ``viscous``, ``coulomb`` and ``bias``.
     :param start: position at the first sample [rad or m].
     :param smoothing_velocity: v0 [rad/s or m/s], positive.
     :param steps: of the integration in a sample, None for :func:`steps_in_sample`.

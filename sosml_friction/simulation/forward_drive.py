@@ -16,19 +16,11 @@ class Drive(ABC):
 
     @abstractmethod
     def torque(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
-        """
-        Return the torque (W, n) [Nm or N] as a line over a part of the sample: at its two ends.
-
-        :param begin: of the part, and ``end``, as shares of the sample, 0..1.
-        """
+        """Return torque (W, n) at both ends of a part of a sample, ``begin`` to ``end`` [0..1]."""
 
 
 class RecordedDrive(Drive):
-    """
-    Drive by effort that was reported, on lines between its samples.
-
-    :param torque: (W, S, n) at the samples of each window: already the torque, delays undone.
-    """
+    """Drive by reported ``torque`` (W, S, n), its delay undone, on lines between samples."""
 
     def __init__(self, torque: FloatArray) -> None:
         self._torque = torque

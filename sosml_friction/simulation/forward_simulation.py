@@ -73,10 +73,7 @@ def simulate(
     """
     Simulate ``samples`` samples of every window; what runs away is infinite from there on.
 
-    :param model: of all windows, or the models and which of them each window has.
-    :param period: time between samples [s].
     :param effort: largest effort of each joint (n,) [Nm or N], which friction by load scales with.
-    :param step: called with the number of each sample.
     :param followed: joints that nothing drives and that follow the path.
     :raises ConfigurationError: if the model cannot be simulated at this rate.
     """

@@ -51,11 +51,7 @@ class Plant:
         return np.array([law.torque(x) for law, x in zip(self.friction, v, strict=True)])
 
     def step(self, tau: FloatArray | Drive, h: float) -> None:
-        """
-        Advance the state by ``h`` [s].
-
-        :param tau: actuator effort (n,) held over the step, or a function of (q, v).
-        """
+        """Advance by ``h`` [s]; ``tau``: effort (n,) that is held, or a function of (q, v)."""
         self.q, self.v = runge_kutta_step(self._acceleration, tau, self.q, self.v, h)
 
     def _acceleration(

@@ -22,12 +22,13 @@ from scipy.stats import binom
 
 import sosml_friction as sf
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.law.law_stack import joined, row_noise, stack_rows
 from sosml_friction.identification.segments import unsure_sign
-from sosml_friction.identification.weak_form import WeakForm, WeakSettings
+from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.motion.trajectories import build_trajectory
 from sosml_friction.share import share_directory
 
@@ -79,7 +80,7 @@ def recorded(name: str, seed: int, rippling: bool) -> tuple[JointLog, np.ndarray
 
 def fitted(log: JointLog, alpha: float | None = None) -> tuple[WeakForm, WeakForm]:
     """Return the weak form by slopes of the position, and with smoothed velocities."""
-    rough = WeakForm(log, nominal_robot(), 'end', WeakSettings(form=LawForm(alpha=alpha)))
+    rough = WeakForm(log, nominal_robot(), 'end', FitSettings(form=LawForm(alpha=alpha)))
     return rough, rough.with_laws([rough.law(i) for i in range(2)])
 
 
@@ -101,7 +102,7 @@ def velocity_errors(rough: WeakForm, smooth: WeakForm, true: np.ndarray, i: int)
     The fourth is how unsure the smoothed one is, over the noise of the slope.
     """
     v = rough._log.v[:, i]
-    unsure = unsure_sign(np.nan_to_num(v), rough.settings.zero_band, rough._half)
+    unsure = unsure_sign(np.nan_to_num(v), rough.settings.segments.zero_band, rough._half)
     moving = (np.abs(v) > 5e-3) & np.isfinite(smooth._variance[:, i]) & ~unsure
     variance = smooth._variance[moving, i]
     squares = [

@@ -15,10 +15,11 @@ from scipy.stats import binom, chi2
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.identifiability import DataReach, reason_for
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.segments import SegmentSettings, find_segments
-from sosml_friction.identification.weak_form import WeakForm, WeakSettings
+from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
@@ -103,7 +104,7 @@ def study_fits(runs):
 
 
 def fits_of(runs, motions, alpha):
-    robot, settings = study_robot(), WeakSettings(form=LawForm(alpha=alpha))
+    robot, settings = study_robot(), FitSettings(form=LawForm(alpha=alpha))
     fits = {name: [] for name in motions}
     for seed in range(5000, 5000 + SEEDS):
         form = WeakForm(measured(runs, seed), robot, settings=settings)
@@ -251,9 +252,7 @@ def test_an_error_of_the_model_is_taken_by_the_bias(runs):
 
 def test_inertia_is_found_beside_friction(runs):
     """To 1 %, four standard errors: only the ramps tell it, reversals take no part."""
-    form = WeakForm(
-        measured(runs[:1], 4), study_robot(), settings=WeakSettings(refit_inertia=True)
-    )
+    form = WeakForm(measured(runs[:1], 4), study_robot(), settings=FitSettings(refit_inertia=True))
     fit = form.fit(0)
     assert fit.inertia.value == pytest.approx(1.0, abs=0.01)
     assert abs(fit.inertia.value - 1.0) < 4.0 * fit.inertia.std_error
@@ -288,7 +287,7 @@ def slider_log(duration=20.0, h=0.002):
 
 def test_exact_signals_give_back_friction_and_mass():
     """Though the model has another mass; what is left is the smoothing of velocity, below 1 %."""
-    form = WeakForm(slider_log(), slider(), settings=WeakSettings(refit_inertia=True))
+    form = WeakForm(slider_log(), slider(), settings=FitSettings(refit_inertia=True))
     fit = form.fit(0)
     p = fit.fit.parameters
     assert fit.fit.law == 'coulomb_viscous'
@@ -418,8 +417,9 @@ def test_what_cannot_be_fitted_is_one_sentence():
         with pytest.raises(DataError, match=reason) as caught:
             WeakForm(case, robot).fit(0)
         assert '\n' not in str(caught.value)
+    settings = FitSettings(segments=SegmentSettings(zero_band=0.0))
     with pytest.raises(ConfigurationError, match='zero_band is 0'):
-        WeakSettings(zero_band=0.0)
+        WeakForm(slider_log(), slider(), settings=settings)
 
 
 def test_speeds_of_whole_quanta_a_sample_do_not_cost_the_fit():

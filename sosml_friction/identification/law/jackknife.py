@@ -11,25 +11,22 @@ from sosml_friction.arrays import FloatArray, IndexArray
 _TOLD = 1e-12
 
 
-def jackknife_errors(
-    X: FloatArray, residual: FloatArray, groups: IndexArray, weights: FloatArray | None = None
-) -> FloatArray:
+def jackknife_errors(X: FloatArray, residual: FloatArray, groups: IndexArray) -> FloatArray:
     """
     Return the delete-one-cluster jackknife standard errors of a linear least-squares fit, (P,).
 
     :param X: columns of the regression (N, P), of like sizes.
     :param residual: what the fit leaves (N,).
     :param groups: cluster of each row (N,), 0 to the number of clusters - 1, each in use.
-    :param weights: of the rows (N,), all 1 if None.
     """
-    return np.array(np.sqrt(np.diag(jackknife_covariance(X, residual, groups, weights))))
+    covariance = jackknife_covariance(X, residual, groups, np.ones(len(residual)))
+    return np.array(np.sqrt(np.diag(covariance)))
 
 
 def jackknife_covariance(
-    X: FloatArray, residual: FloatArray, groups: IndexArray, weights: FloatArray | None = None
+    X: FloatArray, residual: FloatArray, groups: IndexArray, w: FloatArray
 ) -> FloatArray:
-    """Return the covariance (P, P) whose roots :func:`jackknife_errors` returns."""
-    w = np.ones(len(residual)) if weights is None else weights
+    """Return the covariance (P, P) of a fit with weights ``w`` (N,) of the rows."""
     moments = _sums((w * residual)[:, None] * X, groups)
     own = _products(X, groups, w)
     rest = np.linalg.pinv(own.sum(axis=0) - own, rcond=1e-12, hermitian=True)
@@ -39,9 +36,7 @@ def jackknife_covariance(
     return np.array((count - 1) / count * spread.T @ spread)
 
 
-def jackknife_freedom(
-    X: FloatArray, groups: IndexArray, weights: FloatArray | None = None
-) -> FloatArray:
+def jackknife_freedom(X: FloatArray, groups: IndexArray, w: FloatArray) -> FloatArray:
     """
     Return the degrees of freedom that each of these variances has (P,), 1 or more.
 
@@ -50,7 +45,7 @@ def jackknife_freedom(
     the sum if all rows are as noisy, is how much less sure the parameter is without it. All
     clusters that say as much leave (clusters - parameters); one that says all leaves 1.
     """
-    own = _products(X, groups, np.ones(len(X)) if weights is None else weights)
+    own = _products(X, groups, w)
     size, axes = np.linalg.eigh(own.sum(axis=0))
     known = size > _TOLD * size[-1]
     axes = axes[:, known] / np.sqrt(size[known])

@@ -53,11 +53,7 @@ class LawForm:
         return ALPHAS[0] if self.alpha is None else self.alpha
 
     def identifier(self, alpha: float | None) -> str:
-        """
-        Return the law's name in a model file.
-
-        :param alpha: exponent of its Stribeck term, None without one.
-        """
+        """Return the law's name in a model file; ``alpha`` of its Stribeck term, None without."""
         knee = alpha is not None
         terms = ['coulomb', 'viscous', *(['stribeck'] if knee else []), 'bias']
         if not self.symmetric:

@@ -9,15 +9,12 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import qr
 from scipy.optimize import lsq_linear
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
-from sosml_friction.identification.law.jackknife import (
-    jackknife_covariance,
-    jackknife_freedom,
-)
+from sosml_friction.identification.law.jackknife import jackknife_covariance, jackknife_freedom
 from sosml_friction.identification.law.law_form import LawForm
-from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_slopes
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous, power_of_speed
@@ -31,6 +28,11 @@ _SAME_WEIGHTS, MOST_SOLVED = 1e-6, 20
 _HUBER = 1.345  # 95 % efficient on normal noise
 #: Laws are compared at this many speeds.
 _SPEEDS = 200
+#: Part of the largest column that is left of columns that others stand for: the square root of
+#: rounding, so that sums of squares are exact.
+_LEFT = 1e-8
+#: Rows that are reduced at a time; it bounds the memory.
+_BLOCK = 20_000
 #: Parameters that may be found beside v_s, none of them linear.
 SIGN_WIDTH, EXPONENT = 'smoothing_velocity', 'exponent'
 #: Names, and a column (K,) of each.
@@ -355,3 +357,24 @@ class LawProblem:
     def stribeck_at(self, solution: LawSolution) -> float:
         """Return S of a law with a Stribeck term."""
         return float(solution.theta[self.names(solution.v_s).index('stribeck')])
+
+
+def spanning(columns: FloatArray) -> IndexArray:
+    """
+    Return which of the columns (M, F) all others are combinations of.
+
+    By QR with pivoting (the interpolative decomposition); the rest is below 1e-8 of the largest.
+    """
+    R, order = qr(columns, mode='r', pivoting=True)
+    size = np.abs(np.diag(R))
+    return np.asarray(order[: int(np.sum(size > _LEFT * size[0]))])
+
+
+def triangle(root: FloatArray, *columns: FloatArray) -> FloatArray:
+    """Return R of the QR decomposition of root (M,) times columns, from blocks of their rows."""
+    R = np.empty((0, sum(each.shape[1] for each in columns)))
+    for first in range(0, len(columns[0]), _BLOCK):
+        rows = slice(first, first + _BLOCK)
+        block = np.column_stack([each[rows] for each in columns]) * root[rows, None]
+        R = np.asarray(np.linalg.qr(np.vstack([R, block]) if first else block, mode='r'))
+    return R

@@ -26,17 +26,13 @@ _UNSURE = 0.25
 @dataclass(frozen=True)
 class LawRows:
     """
-    Hold what :func:`~sosml_friction.identification.law.law_search.search_law` takes.
+    Hold what :func:`~sosml_friction.identification.law.law_search.search_law` takes and explains.
 
-    ``v`` (N,) velocity in full order; ``y`` (K,) friction; ``clusters`` (K,) which rows share
-    their noise; ``keep`` (K,) which take part; ``mean_v`` (K,) velocity of each row; ``lag`` makes
-    of a column (N,) of the law what is in y of it (K,). ``smoothing_velocity``: v0 of the law's
-    sign, 0 for the sign itself; ``find_smoothing``: whether it is to be found. ``form``: which
-    law. ``extra``: more columns with a factor each (K, E), None for none. ``unsmoothed``: the
-    rows at velocities of the position alone, where those of ``v`` are smoothed by the torque.
-    ``held``: y with the effort held where samples were lost, None where none were. ``late``: y
-    with an effort that acts later by one standard error of when it does, None where that is known.
-    ``unsure``: what y may be off by, each column as a whole (K, U), None for nothing.
+    ``find_smoothing``: whether v0 of the law's sign is to be found, and not as said;
+    ``unsmoothed``: the rows at velocities of the position alone, where ``v`` is smoothed by the
+    torque. ``held``: y with the effort held where samples were lost, None where none were.
+    ``late``: y with an effort that acts later by one standard error of when it does, None where
+    that is known.
     """
 
     v: FloatArray

@@ -350,11 +350,7 @@ class LawSearch:
         return less.cost - more.cost > max(self.limit(more, name, freedom=freedom), least)
 
     def _is_endless(self, solution: LawSolution) -> bool:
-        """
-        Tell whether the width of the sign is the largest that is searched.
-
-        Beside a Stribeck term it then stands for a bend that the law does not have.
-        """
+        """Tell whether the sign is as wide as is searched: a bend that the law does not have."""
         return solution.v0 > (1.0 - _AT_END) * _LARGEST_V0 * self.slowest
 
     @property
@@ -447,21 +443,13 @@ class LawSearch:
         return self.plain.cost - self.full.cost > max(limit, rounding)
 
     def _is_driving(self) -> bool:
-        """
-        Tell whether the term is below zero in one direction, and only below the data large.
-
-        It then stands for a bend of friction that the law does not have, not for a knee.
-        """
+        """Tell whether S drives in one direction and is large below the data only: no knee."""
         p = dict(zip(self.problem.names(self.full.v_s), self.full.theta.tolist(), strict=True))
         below = self.full.v_s is not None and self.full.v_s < self.slowest / HIDDEN
         return below and abs(p.get('stribeck_asymmetry', 0.0)) > p['stribeck']
 
     def unshown(self, shown: bool) -> list[LawSolution]:
-        """
-        Return laws that fit better than what is named, by too little for it to be named.
-
-        What ends at the end of a search is none found.
-        """
+        """Return laws that fit better by too little to be named, none at an end of its search."""
         unshown = list(self._refused[shown])
         asked = self.form.law == 'auto' and not shown and not self._is_driving()
         if asked and self.problem.stribeck_at(self.full) > 0.0:

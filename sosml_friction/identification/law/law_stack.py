@@ -132,15 +132,10 @@ def joined(rows: LawRows, noise: RowNoise) -> LawRows:
 
 @dataclass(frozen=True)
 class LawStack:
-    """
-    Hold one regression of all bags: ``bag`` (K,) says of which each row is.
-
-    ``unsmoothed``: that of the rows at velocities of the position alone, None where no bag has.
-    """
+    """Hold one regression of all bags: ``bag`` (K,) says of which each row is."""
 
     rows: LawRows
     bag: IndexArray
-    unsmoothed: LawStack | None = None
 
     def own(self, names: Collection[str]) -> LawStack:
         """
@@ -164,9 +159,11 @@ class LawStack:
             column = np.where(keep, column, 0.0)
             return np.array(column - gone @ (gone.T @ column))
 
-        own = self.unsmoothed.own(names) if self.unsmoothed else None
-        rows = replace(self.rows.mapped(project), keep=keep, unsmoothed=own.rows if own else None)
-        return LawStack(rows, self.bag, own)
+        other = self.rows.unsmoothed
+        if other is not None:
+            other = LawStack(other, self.bag).own(names).rows
+        rows = replace(self.rows.mapped(project), keep=keep, unsmoothed=other)
+        return LawStack(rows, self.bag)
 
 
 def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
@@ -194,21 +191,19 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
             'the recordings were not prepared alike: inertia is fitted in some and not in others; '
             'fit all of them with it, or none'
         )
-    extras = [w * rows.extra for rows, w in zip(parts, weights, strict=True)
-              if rows.extra is not None]  # fmt: skip
-    # The bodies are the same in all recordings, and so are the columns.
-    doubts = [w * rows.unsure for rows, w in zip(parts, weights, strict=True)
-              if rows.unsure is not None]  # fmt: skip
-    unsmoothed = None
+
+    def weighed(columns: Sequence[FloatArray | None]) -> FloatArray | None:
+        known = [w * x for w, x in zip(weights, columns, strict=True) if x is not None]
+        return np.concatenate(known) if known else None
 
     def other(ways: Sequence[FloatArray | None]) -> FloatArray | None:
         if all(way is None for way in ways):
             return None
-        known = [rows.y if way is None else way for rows, way in zip(parts, ways, strict=True)]
-        return np.concatenate([w * y for w, y in zip(weights, known, strict=True)])
+        return weighed([p.y if way is None else way for p, way in zip(parts, ways, strict=True)])
 
+    unsmoothed = None
     if any(rows.unsmoothed for rows in parts):
-        unsmoothed = stack_rows([rows.unsmoothed or rows for rows in parts], weights)
+        unsmoothed = stack_rows([rows.unsmoothed or rows for rows in parts], weights).rows
     stacked = replace(
         parts[0],
         v=np.concatenate([rows.v for rows in parts]),
@@ -217,14 +212,15 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         keep=np.concatenate([rows.keep for rows in parts]),
         mean_v=np.concatenate([rows.mean_v for rows in parts]),
         lag=lag,
-        extra=np.concatenate(extras) if extras else None,
-        unsmoothed=unsmoothed.rows if unsmoothed else None,
+        extra=weighed([rows.extra for rows in parts]),
+        unsmoothed=unsmoothed,
         held=other([rows.held for rows in parts]),
         late=other([rows.late for rows in parts]),
-        unsure=np.concatenate(doubts) if doubts else None,
+        # The bodies are the same in all recordings, and so are the columns.
+        unsure=weighed([rows.unsure for rows in parts]),
     )
     bag = np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts])
-    return LawStack(stacked, bag, unsmoothed)
+    return LawStack(stacked, bag)
 
 
 def _known(rows: LawRows) -> BoolArray:

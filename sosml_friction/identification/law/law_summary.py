@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a fitted law says of each of its parameters."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cached_property
 
@@ -15,18 +13,13 @@ from sosml_friction.identification.identifiability import (
     experiment_for,
     reason_for,
 )
-from sosml_friction.identification.law.even_part import even_part
 from sosml_friction.identification.law.jackknife import t_95
-from sosml_friction.identification.law.law_checks import dissipation_check
+from sosml_friction.identification.law.law_checks import dissipation_check, even_part
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
-from sosml_friction.identification.law.law_problem import (
-    EXPONENT,
-    NON_NEGATIVE,
-)
-from sosml_friction.identification.law.law_profile import LawProfile
+from sosml_friction.identification.law.law_problem import EXPONENT, NON_NEGATIVE
+from sosml_friction.identification.law.law_profile import LawProfile, about_best
 from sosml_friction.identification.law.law_search import HIDDEN, LawSearch, within
 from sosml_friction.identification.law.other_laws import OtherLaws
-from sosml_friction.identification.law.stribeck_profile import about_best, stribeck_profile
 from sosml_friction.identification.parameter_interval import AT_ZERO
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
@@ -38,14 +31,8 @@ _ALONG = 5
 #: 1.5 * 1.96 = 2.9, about three standard errors.
 _SURE = 1.5
 _ORDER = (
-    'coulomb',
-    'viscous',
-    'stribeck',
-    'stribeck_velocity',
-    EXPONENT,
-    'bias',
-    'viscous_asymmetry',
-    'stribeck_asymmetry',
+    *('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', EXPONENT),
+    *('bias', 'viscous_asymmetry', 'stribeck_asymmetry'),
 )
 _NO_COULOMB = (
     'the best fit has no Coulomb friction, the Stribeck term stands in its place: the data do not '
@@ -91,7 +78,15 @@ class LawSummary:
     @cached_property
     def profile(self) -> LawProfile | None:
         """Return the profile of the cost over v_s."""
-        return self._profile() if self.form.law != 'coulomb_viscous' else None
+        if self.form.law == 'coulomb_viscous':
+            return None
+        if not self.shown:
+            limit = self.search.limit(self.search.full, 'stribeck', ('stribeck_velocity',))
+            return LawProfile.over(self.search, limit)
+        v_s, variance = self.best['stribeck_velocity'], self.C[('stribeck_velocity',) * 2]
+        half = self.quantile['stribeck_velocity'] * float(np.sqrt(variance))
+        limit = self.search.limit(self.solution, 'stribeck_velocity')
+        return LawProfile.over(self.search, limit, about_best(self.search, v_s, half / v_s))
 
     @cached_property
     def others(self) -> OtherLaws:
@@ -158,11 +153,7 @@ class LawSummary:
         )
 
     def _beside_others(self, name: str, found: Parameter) -> Parameter:
-        """
-        Return a parameter as unsure as laws make it that may be true as well.
-
-        One that is a range already is what it may be in any of them.
-        """
+        """Return a parameter as unsure as other laws make it; a range holds in any of them."""
         if not np.isfinite(found.value):
             return found
         wide = found.with_variance(self.others.variance(name))
@@ -234,21 +225,6 @@ class LawSummary:
         error = max(found.std_error, 0.5 * (interval[1] - interval[0]) / quantile)
         return replace(found, std_error=error, interval=interval)
 
-    def _profile(self) -> LawProfile:
-        """Return the profile of the cost over v_s."""
-        near = None
-        if self.shown:
-            v_s, variance = self.best['stribeck_velocity'], self.C[('stribeck_velocity',) * 2]
-            half = self.quantile['stribeck_velocity'] * float(np.sqrt(variance))
-            near = about_best(self.search, v_s, half / v_s)
-        return stribeck_profile(self.search, self._limit(), near)
-
-    def _limit(self) -> float:
-        """Return the rise of the cost up to which v_s is within the profile."""
-        if self.shown:
-            return self.search.limit(self.solution, 'stribeck_velocity')
-        return self.search.limit(self.search.full, 'stribeck', ('stribeck_velocity',))
-
     def _knee(self) -> tuple[dict[str, Parameter], bool]:
         """Return S and v_s, and whether the data give both."""
         shown, best, C, reach, profile = self.shown, self.best, self.C, self.reach, self.profile
@@ -287,7 +263,14 @@ class LawSummary:
                         v_s,
                     ),
                 }
-                return {**knee, **({EXPONENT: self._exponent()} if EXPONENT in best else {})}, True
+                if EXPONENT in best:
+                    knee[EXPONENT] = Parameter.estimated(
+                        best[EXPONENT],
+                        '1',
+                        float(np.sqrt(C[EXPONENT, EXPONENT])),
+                        self.quantile[EXPONENT],
+                    )
+                return knee, True
         # What may fade below the slowest speed may be anything at standstill: no data reach there.
         reaches = v_s[0] >= self.search.slowest
         low, high = profile.stribeck_interval() if reaches else (0.0, np.inf)
@@ -302,11 +285,6 @@ class LawSummary:
         if not shown and self.problem.stribeck_at(self.search.full) <= 0.0:
             knee['stribeck'] = replace(knee['stribeck'], flags=(NOT_IDENTIFIABLE, AT_BOUND))
         return knee, False
-
-    def _exponent(self) -> Parameter:
-        """Return the exponent that was found."""
-        error = float(np.sqrt(self.C[EXPONENT, EXPONENT]))
-        return Parameter.estimated(self.best[EXPONENT], '1', error, self.quantile[EXPONENT])
 
     def _at_slowest(self, profile: LawProfile) -> Parameter:
         """Return the extra friction at the slowest speed of the data."""

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws that may be true beside the one that a search names."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -119,11 +119,11 @@ class _Comparison:
         beside = []
         if 'stribeck' in fit.law:
             v_s = self._search()
-            fade = self._fade(v_s)
-            self.columns['stribeck'] = rows.lag(self.sign * fade)[keep]
+            faded = fade(self.v, v_s, self.power)
+            self.columns['stribeck'] = rows.lag(self.sign * faded)[keep]
             terms = list(self.columns)
             if 'stribeck_asymmetry' in fit.parameters:
-                self.columns['stribeck_asymmetry'] = rows.lag(fade)[keep]
+                self.columns['stribeck_asymmetry'] = rows.lag(faded)[keep]
             theta = self._solve(np.column_stack(list(self.columns.values())))[0]
             S = float(theta[terms.index('stribeck')])
             slope, bend = fade_slopes(self.v, v_s, self.power)
@@ -132,9 +132,6 @@ class _Comparison:
                 beside.append(rows.lag(S * self.sign * bend)[keep])
         self.base = np.column_stack([*self.columns.values(), *beside])
 
-    def _fade(self, v_s: float) -> FloatArray:
-        return fade(self.v, v_s, self.power)
-
     def _search(self) -> float:
         """Return the v_s of the least cost, without bounds on anything else."""
         speeds = np.abs(self.rows.mean_v[self.keep])
@@ -142,8 +139,8 @@ class _Comparison:
         grid = np.geomspace(slowest / 3.0, speeds.max(), _GRID)
 
         def cost(v_s: float) -> float:
-            fade = self.rows.lag(self.sign * self._fade(v_s))[self.keep]
-            rest = self._solve(np.column_stack([*self.columns.values(), fade]))[1]
+            peak = self.rows.lag(self.sign * fade(self.v, v_s, self.power))[self.keep]
+            rest = self._solve(np.column_stack([*self.columns.values(), peak]))[1]
             return float(rest @ rest)
 
         costs = [cost(v_s) for v_s in grid]
@@ -156,11 +153,6 @@ class _Comparison:
         norms = column_norms(X)
         theta = np.linalg.lstsq(X / norms, self.y, rcond=1e-10)[0]
         return theta / norms, self.y - (X / norms) @ theta
-
-    def _by_bag(self, names: Sequence[str]) -> FloatArray:
-        """Return the columns ``names``, one of each for every bag."""
-        columns = [self.columns[name] * (self.bag == b) for name in names for b in self.present]
-        return np.column_stack(columns)
 
     def _errors(self, X: FloatArray, residual: FloatArray) -> FloatArray:
         """Return the standard errors by clusters of a fit with columns X, (P,)."""
@@ -287,8 +279,9 @@ class _Comparison:
         return Disagreement(name, label, float(value), float(error), float(sigmas), unit, sentence)
 
     def _own(self, names: Sequence[str]) -> dict[str, dict[str, Parameter]]:
+        own = [self._deviation((name, int(b))) for name in names for b in self.present]
         shared = [self.columns[name] for name in self.columns if name not in names]
-        X = np.column_stack([self._by_bag(names), *shared])
+        X = np.column_stack([*own, *shared])
         theta, residual = self._solve(X)
         errors = iter(zip(theta, self._errors(X, residual), strict=True))
         result: dict[str, dict[str, Parameter]] = {}

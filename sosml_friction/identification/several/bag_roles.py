@@ -82,7 +82,6 @@ def find_roles(
     same peak speed six times or more are T2; recordings with plateaus of three speeds or more are
     ladders: T3 where their top speed is less than a third of the fastest ladder's, else T1.
 
-    :param logs: the recordings by label.
     :param stated: roles by label, empty for none of the three.
     :param effort_units: ``Nm`` or ``N`` by joint, ``Nm`` where it is not said.
     """

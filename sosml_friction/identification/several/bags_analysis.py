@@ -36,11 +36,7 @@ _OF_MODEL = ('rigid_body', 'effects_left_out')
 
 @dataclass(frozen=True)
 class BagsAnalysis:
-    """
-    Hold several fitted recordings of one robot, by their labels, and what they say together.
-
-    ``model`` has the consolidated friction.
-    """
+    """Hold several fitted recordings of one robot by label, together, and the model of that."""
 
     bags: Mapping[str, BagAnalysis]
     consolidation: Consolidation
@@ -125,7 +121,6 @@ def consolidate_analyses(
     """
     Put fitted recordings of one robot together.
 
-    :param analyses: by a label of each recording.
     :param roles: ``LABEL=T1`` and so on, see
         :func:`~sosml_friction.identification.several.bag_roles.parse_roles`.
     :param own_bias: see :func:`~sosml_friction.identification.several.consolidation.consolidate`.

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether a parameter changes from recording to recording, and how fast."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

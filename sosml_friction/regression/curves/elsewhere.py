@@ -17,11 +17,7 @@ from sosml_friction.regression.structure import HATS
 
 
 class Elsewhere(Curve):
-    """
-    Add f(t) + s g(t), and f(q_k) + s g(q_k) of the joint before and after.
-
-    What :class:`~sosml_friction.regression.structure.Structure` lacks, in the same hats.
-    """
+    """Add f(t) + s g(t), and f(q_k) + s g(q_k) of both next joints: what ``Structure`` lacks."""
 
     identifier: ClassVar[str] = 'elsewhere'
     amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(6 * HATS)}

@@ -49,11 +49,7 @@ def _apart(knots: FloatArray, least: float) -> FloatArray:
 def padded_hats(
     x: FloatArray, knots: FloatArray, count: int, factors: Sequence[FloatArray | float] = (1.0,)
 ) -> FloatArray:
-    """
-    Return hat functions of x (N,) times each factor (N,), (N, factors count).
-
-    Zeros stand for knots that are less than ``count``.
-    """
+    """Return hats of x (N,) times each factor (N,), (N, factors count), 0 for missing knots."""
     hat = hats(np.ascontiguousarray(x), knots)
     result = np.zeros((len(x), len(factors), count))
     for k, factor in enumerate(factors):

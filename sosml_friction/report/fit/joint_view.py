@@ -11,8 +11,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
-from sosml_friction.identification.joint_motion import position_difference
-from sosml_friction.identification.law_residual import Residual, law_residual
+from sosml_friction.identification.law_residual import Residual, law_residual, position_difference
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.ripple import PlateauRipple
 from sosml_friction.identification.segments import Segment, SegmentSettings

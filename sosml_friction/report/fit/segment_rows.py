@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from sosml_friction.identification.joint_motion import level_spreads
+from sosml_friction.identification.law_residual import level_spreads
 from sosml_friction.identification.number_text import format_number
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
 from sosml_friction.report.common.html_page import folded

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The controllers of a recording, driving a simulation in their loop."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -18,33 +18,30 @@ class CascadeDrive(LoopDrive):
 
     What was added to its output is added to its effort here.
 
-    :param names: joints in the model's order, each with a controller.
-    :param reference: (N, n) wanted positions, finite.
+    :param controlled: each joint of the model, its wanted position known throughout.
     :param q: position (n,) and v: velocity (n,) at the first sample.
     """
 
     def __init__(
         self,
         model: ForwardModel,
-        names: Sequence[str],
         controlled: Mapping[str, ControlledJoint],
-        reference: FloatArray,
         q: FloatArray,
         v: FloatArray,
         period: float,
     ) -> None:
         super().__init__(model, period)
-        loops = [controlled[name].controller for name in names]
+        joints = [controlled[name] for name in model.robot.names]
+        loops = [joint.controller for joint in joints]
         self._kp, self._kv, self._scale, self._limit = (
             np.array([getattr(loop, key) for loop in loops])
             for key in ('kp', 'kv', 'scale', 'limit')
         )
-        self._reference = reference
-        self._injected = np.zeros_like(reference)
-        for i, name in enumerate(names):
-            added = controlled[name].injected
-            if added is not None:
-                self._injected[:, i] = np.nan_to_num(added)
+        self._reference = np.column_stack([joint.reference for joint in joints])
+        self._injected = np.zeros_like(self._reference)
+        for i, joint in enumerate(joints):
+            if joint.injected is not None:
+                self._injected[:, i] = np.nan_to_num(joint.injected)
         self._last = q - v * period
         self._last_mean = q - 1.5 * v * period
 

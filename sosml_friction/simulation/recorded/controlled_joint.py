@@ -31,7 +31,6 @@ def recorded_controllers(bag: Bag, log: JointLog) -> dict[str, ControlledJoint]:
     """
     Return the joints whose cascade of loops and wanted position a bag holds.
 
-    :param log: the motion of the bag; wanted positions are taken by its stamps.
     :raises BagError: if gains are recorded that cannot be read.
     """
     entries = read_controllers(bag)

@@ -66,10 +66,8 @@ def simulate_driver_loop(
     A stretch begins where the measured velocity is known, and with what the controller saw before.
     The run is at the recorded stamps; a joint that moves as recorded is NaN in it.
 
-    :param stretches: of the :func:`bridged` log.
     :param reference: at the samples of the log, joints in the model's order.
     :param followed: joints that move as recorded.
-    :param told: called with the share that is done, 0..1.
     :raises DataError: if the simulation runs away.
     """
     names = forward.robot.names

@@ -26,21 +26,17 @@ class RecordedRun:
     """
 
     time: FloatArray
-    measured: tuple[FloatArray, FloatArray, FloatArray]
-    simulated: tuple[FloatArray, FloatArray, FloatArray]
+    measured: tuple[FloatArray, ...]
+    simulated: tuple[FloatArray, ...]
     begins: BoolArray
 
     @classmethod
     def joined(cls, runs: Sequence[RecordedRun]) -> RecordedRun:
         """Return one run after the other."""
-        measured, simulated = (
-            [np.concatenate(x) for x in zip(*(getattr(run, side) for run in runs), strict=True)]
-            for side in ('measured', 'simulated')
-        )
         return cls(
             np.concatenate([run.time for run in runs]),
-            (measured[0], measured[1], measured[2]),
-            (simulated[0], simulated[1], simulated[2]),
+            tuple(map(np.concatenate, zip(*(run.measured for run in runs), strict=True))),
+            tuple(map(np.concatenate, zip(*(run.simulated for run in runs), strict=True))),
             np.concatenate([run.begins for run in runs]),
         )
 

@@ -61,11 +61,7 @@ class RecordedSimulation:
 def simulation_error(
     measured: FloatArray, simulated: FloatArray, origin: FloatArray | float, unit: str
 ) -> SimulationError:
-    """
-    Return the error of a quantity of a joint (N,), over the samples where it is known.
-
-    :param origin: what the measured one counts from, for the relative error.
-    """
+    """Return the error of a quantity (N,) where known; the relative one counts from ``origin``."""
     difference = simulated - measured
     known = np.isfinite(difference)
     error = difference[known]

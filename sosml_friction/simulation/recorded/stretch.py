@@ -99,7 +99,6 @@ def simulate_windows(
 
     A joint whose effort was not measured follows its recording.
 
-    :param model: of all windows, or the models and which of them each window has.
     :raises ConfigurationError: if the model cannot be simulated.
     """
     models = as_window_models(model, len(at))

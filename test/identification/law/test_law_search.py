@@ -12,7 +12,7 @@ from fitted_law import TRUTH, fit_law
 from scipy.stats import binom
 
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.law.jackknife import jackknife_errors
+from sosml_friction.identification.law.jackknife import jackknife_covariance
 from sosml_friction.identification.law.law_checks import BEND, KNEE
 from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.law.law_form import LawForm
@@ -376,7 +376,7 @@ def test_the_jackknife_is_that_of_refits_without_one_cluster():
     whole = solve(np.full(60, True))
     refits = np.array([solve(groups != g) for g in range(12)])
     expected = np.sqrt(11.0 / 12.0 * np.sum((refits - refits.mean(0)) ** 2, axis=0))
-    errors = jackknife_errors(X, y - X @ whole, groups, weights)
+    errors = np.sqrt(np.diag(jackknife_covariance(X, y - X @ whole, groups, weights)))
     np.testing.assert_allclose(errors, expected, rtol=1e-9)
 
 

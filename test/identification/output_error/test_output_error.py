@@ -15,8 +15,11 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import read_recorded_robot
 from sosml_friction.bags.tables.importer import import_recording
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.output_error.controlled import fit_output_error
-from sosml_friction.identification.output_error.fits import first_guess, fit_controlled
+from sosml_friction.identification.output_error.fits import (
+    first_guess,
+    fit_controlled,
+    fit_output_error,
+)
 from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.model_folder import read_model

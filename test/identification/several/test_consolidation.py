@@ -222,7 +222,7 @@ def own_fit(**values):
         for name, entry in values.items()
     }  # fmt: skip
     law = LawFit('stribeck', parameters, 0.01, 1.0, 20, 20)
-    return JointFit('j', 'o', 'segments', 'Nm', law, (), np.empty(0))
+    return JointFit('o', 'segments', 'Nm', law, (), np.empty(0))
 
 
 def test_the_rule_takes_each_parameter_from_its_bags():

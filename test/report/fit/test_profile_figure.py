@@ -7,7 +7,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from sosml_friction.identification.law.profile_points import with_best
 from sosml_friction.report.figures.fit.profile import Profile
 from sosml_friction.report.fit.joint_view import joint_views
 
@@ -19,7 +18,7 @@ def view(analysis, truth):
 
 def test_the_best_fit_is_among_the_points_and_has_no_excess(view):
     fit = view.fits['sosml'].fit
-    v_s, excess, size, half = with_best(fit.profile, fit.drawn)
+    v_s, excess, size, half = fit.profile.with_best(fit.drawn)
     assert (np.diff(v_s) > 0.0).all()
     assert len(v_s) == len(excess) == len(size) == len(half) >= len(fit.profile.excess)
     k = int(np.argmin(excess))
@@ -31,7 +30,7 @@ def test_the_best_fit_is_among_the_points_and_has_no_excess(view):
 def test_below_the_limit_is_the_95_percent_interval_of_the_profile(view):
     """That of the parameter holds it: another knee may be true as well."""
     fit = view.fits['sosml'].fit
-    v_s, excess, _, _ = with_best(fit.profile, fit.drawn)
+    v_s, excess, _, _ = fit.profile.with_best(fit.drawn)
     low, high = fit.parameters['stribeck_velocity'].interval
     within = v_s[excess <= 1.0]
     assert low <= within.min()

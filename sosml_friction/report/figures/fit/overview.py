@@ -11,7 +11,7 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.patches import Patch
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.identification.joint_motion import law_in_motion
+from sosml_friction.identification.law_residual import law_in_motion
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.drawing import FONT
 from sosml_friction.report.common.figure import Figure

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
-from sosml_friction.identification.law.profile_points import with_best
 from sosml_friction.report.common.drawing import GREY, key, label_axes, legend_below, new_figure
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
@@ -53,7 +52,7 @@ class Profile(Figure[JointView]):
             if fit.fit.profile is None:
                 continue
             colour, _, dashes, _ = view.style(observer)
-            v_s, excess, size, half = with_best(fit.fit.profile, fit.fit.drawn)
+            v_s, excess, size, half = fit.fit.profile.with_best(fit.fit.drawn)
             within = excess <= 1.0
             size = np.where(excess <= _FAR * _HEIGHT, size, np.nan)
             cost.plot(v_s, excess, color=colour, linestyle=dashes, linewidth=1.8)

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.patches import Patch
 
 from sosml_friction.arrays import BoolArray, FloatArray
-from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.law.law_curve import band, fitted_law
+from sosml_friction.identification.law_residual import level_spreads
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.drawing import Style

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from sosml_friction.identification.cubic_spline import cubic_spline
+from sosml_friction.identification.spline_test_functions import cubic_spline
 
 
 def test_it_is_the_spline_of_scipy_and_its_integral():
