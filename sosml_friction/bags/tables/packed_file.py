@@ -7,7 +7,8 @@ import gzip
 import lzma
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -45,6 +46,23 @@ def check_size(path: Path, unpacked: int) -> None:
             f'{path} takes {path.stat().st_size} bytes and says that it unpacks to {unpacked}: '
             'save the variables that are needed, or save them unpacked'
         )
+
+
+@contextmanager
+def readable(path: Path, kind: str, advice: str = '', io: bool = True) -> Iterator[None]:
+    """
+    Raise a DataError where the library that reads a damaged file fails, anywhere and in any way.
+
+    :param io: let an OSError pass: it is the disk's.
+    """
+    try:
+        yield
+    except DataError:
+        raise
+    except Exception as error:
+        if io and isinstance(error, OSError):
+            raise
+        raise DataError(f'{path} is no readable {kind}: {error}{advice}') from error
 
 
 def read_unpacked(path: Path) -> tuple[str, bytes]:

@@ -454,11 +454,8 @@ class RecordedColumns:
     def _of_other_length(self) -> list[str]:
         """Return a sentence on each variable of another length than most, numbers alone not."""
         told = []
-        for name in self.data:
-            try:
-                shape = self.data[name].shape
-            except DataError:
-                continue
+        for name, values in self.data.arrays():
+            shape = values.shape
             if len(shape) > 2:
                 told.append(f'{name} has the shape {shape}: {ONE_RECORDING}')
             elif shape and self.count not in shape:
