@@ -68,12 +68,7 @@ class Actuator(ABC):
 
     @staticmethod
     def kind(driver: object, key: str = 'driver') -> type[Actuator]:
-        """
-        Return the type called ``driver``.
-
-        :param key: the parameter that names it.
-        :raises ConfigurationError: if there is none, with those there are.
-        """
+        """Return the type called ``driver``; the parameter ``key`` names it."""
         kinds = Actuator.registry
         if not isinstance(driver, str) or driver not in kinds:
             raise ConfigurationError(f'{key} is {driver!r}: use one of {", ".join(kinds)}')
@@ -131,11 +126,7 @@ class Actuator(ABC):
 
     @abstractmethod
     def command(self, setpoint: Setpoint, now_ns: int) -> list[Request]:
-        """
-        Return the cycle's requests while the joint is driven.
-
-        :raises CanProtocolError: if the value it uses is not finite.
-        """
+        """Return the cycle's requests while the joint is driven; a value must be finite."""
 
     @abstractmethod
     def observe(self, now_ns: int) -> list[Request]:
@@ -151,20 +142,11 @@ class Actuator(ABC):
 
     @abstractmethod
     def key(self, frame: Frame) -> Hashable:
-        """
-        Return the key of the request that ``frame``, from :attr:`reply_id`, answers.
-
-        :raises CanProtocolError: if it is none of its replies.
-        """
+        """Return the key of the request that ``frame``, from :attr:`reply_id`, answers."""
 
     @abstractmethod
     def accept(self, frame: Frame, stamp_ns: int) -> None:
-        """
-        Take a reply into :attr:`measurement`.
-
-        :param stamp_ns: when it was received [ns].
-        :raises CanProtocolError: if it cannot be decoded.
-        """
+        """Take a reply, received at ``stamp_ns`` [ns], into :attr:`measurement`."""
 
     def unsolicited(self, frame: Frame) -> bool:
         """Take a frame the actuator sends by itself; return whether it is one."""
@@ -185,11 +167,7 @@ class Actuator(ABC):
 
     @classmethod
     def scan(cls, inquiry: Inquiry) -> list[FoundActuator]:
-        """
-        Ask, on a bus where nobody drives, who of this type is there; command none.
-
-        By default nobody is asked: a type may have no question that changes nothing.
-        """
+        """Ask, on a bus where nobody drives, who of this type is there; command none."""
         return []
 
     # ---- what it says of itself
@@ -237,11 +215,7 @@ class Actuator(ABC):
         )
 
     def doubt(self, v: float = math.nan, step: float = 0.0, seconds: float = 0.0) -> str:
-        """
-        Return why its measurement cannot be true if that lasts, '' if nothing speaks against.
-
-        The arguments are those of :meth:`Plausibility.doubt`.
-        """
+        """Return why its measurement cannot be true; see :meth:`Plausibility.doubt`."""
         doubt = self._plausibility.doubt(self.measurement, v, step, seconds)
         return f'joint {self.name} {doubt}' if doubt else ''
 

@@ -68,21 +68,13 @@ class JointConfiguration(ABC):
             )
 
     def require(self, *keys: str) -> None:
-        """
-        Refuse parameters without a value within their bounds.
-
-        :raises ConfigurationError: with the name of the first.
-        """
+        """Refuse, with a ConfigurationError, parameters without a value within their bounds."""
         for key in keys:
             require_bounds(self, key, f'{self.name}.')
 
     @abstractmethod
     def check_drive(self) -> None:
-        """
-        Refuse what is enough to mount an actuator but not to drive it.
-
-        :raises ConfigurationError: with what is missing.
-        """
+        """Refuse what is enough to mount an actuator but not to drive it."""
 
     @abstractmethod
     def loop(self, limits: JointLimits) -> HostLoop | str:

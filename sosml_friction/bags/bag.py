@@ -190,11 +190,7 @@ class Bag:
         return (self.end_ns - self.start_ns) * 1e-9
 
     def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
-        """
-        Yield (log_time_ns, CDR bytes) of each message of a topic, given by its whole name.
-
-        :raises BagError: if the bag does not have the topic.
-        """
+        """Yield (log_time_ns, CDR bytes) of each message of a topic, given by its whole name."""
         entry = self._topics[self._known(topic)]
         with open_store(self._regions) as store:
             for log_time_ns, region, offset, length in zip(
@@ -230,11 +226,7 @@ class Bag:
                 yield names[which[i]], int(log_times[i]), published, message[8:]
 
     def decoded(self, topic: str) -> Iterator[tuple[int, Any]]:
-        """
-        Yield (log_time_ns, message) of each message of a topic, given by its whole name.
-
-        :raises BagError: if the bag does not have the topic or a message cannot be decoded.
-        """
+        """Yield (log_time_ns, message) of each message of a topic, given by its whole name."""
         name = self._known(topic)
         self._decodable(name)
         for log_time_ns, cdr in self.messages(name):
@@ -313,11 +305,7 @@ class Bag:
         return t_ns, names, values
 
     def trajectories(self) -> list[WantedMotion]:
-        """
-        Return the messages of ``joint_trajectory`` in the order they were recorded.
-
-        :raises BagError: if several topics end so, or a message contradicts itself.
-        """
+        """Return the messages of ``joint_trajectory`` in the order they were recorded."""
         topic = self._find('joint_trajectory')
         if topic is None:
             return []
@@ -351,11 +339,7 @@ class Bag:
         return found
 
     def text(self, topic_suffix: str) -> str | None:
-        """
-        Return the last text on a String topic such as robot_description, or None.
-
-        :raises BagError: if several topics end so, or the topic is not a String.
-        """
+        """Return the last text on a String topic such as robot_description, or None."""
         topic = self._find(topic_suffix)
         if topic is None:
             return None

@@ -9,11 +9,7 @@ from sosml_friction.exceptions import BagError
 
 
 def mcap_files(path: Path) -> list[Path]:
-    """
-    Return the MCAP files of a bag in the order they were recorded.
-
-    :raises BagError: if there is none.
-    """
+    """Return the MCAP files of a bag in the order they were recorded, at least one."""
     if not path.exists():
         raise BagError(f'{path} does not exist: give a bag folder or file')
     if path.is_file():

@@ -125,11 +125,7 @@ def _take_alike(
     layouts: list[JointStateLayout],
     fields: Sequence[str],
 ) -> IndexArray:
-    """
-    Take the messages of known layouts, and return which are left, (L,).
-
-    :param layouts: those known of messages of this length; new ones are added.
-    """
+    """Take the messages of known layouts, to which new ones are added; return the rest, (L,)."""
     rest = np.arange(len(rows))
     for attempt in range(_LAYOUTS):
         if not len(rest):

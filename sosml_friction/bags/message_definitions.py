@@ -38,11 +38,7 @@ _PRIMITIVE = frozenset(
 
 
 def split_type_name(type_name: str) -> tuple[str, str]:
-    """
-    Return (package, name) of ``package/msg/Name`` or ``package/Name``.
-
-    :raises BagError: if it is neither.
-    """
+    """Return (package, name) of ``package/msg/Name`` or ``package/Name``, else a BagError."""
     match = _TYPE_NAME.fullmatch(type_name)
     if match is None:
         raise BagError(f'{type_name!r} is no message type: write it as sensor_msgs/msg/JointState')

@@ -29,11 +29,7 @@ class RecordedRobot:
 
     @property
     def robot(self) -> Robot:
-        """
-        Return the rigid body.
-
-        :raises ConfigurationError: if an armature is not known.
-        """
+        """Return the rigid body; a ConfigurationError where an armature is not known."""
         return self.nominal.make_robot()
 
 

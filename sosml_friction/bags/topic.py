@@ -31,11 +31,7 @@ class Topic:
 
 
 def merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, Topic]:
-    """
-    Join the channels of all files that carry the same topic.
-
-    :raises BagError: if a topic has two types.
-    """
+    """Join the channels of all files that carry the same topic; two types are a BagError."""
     parts: dict[str, list[tuple[McapScan, int]]] = {}
     kinds: dict[str, tuple[str, str]] = {}
     for found in scans:

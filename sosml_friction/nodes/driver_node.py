@@ -152,11 +152,7 @@ class DriverNode(LifecycleNode):
         self._entities: list[tuple[Any, Any]] = []
 
     def autostart(self) -> None:
-        """
-        Configure and activate if the parameter ``autostart`` says so.
-
-        :raises SosmlFrictionError: why the configuration failed.
-        """
+        """Configure and activate if the parameter ``autostart`` says so; raise why it cannot."""
         if not self._autostart:
             return
         self._starting = True
@@ -553,11 +549,7 @@ class DriverNode(LifecycleNode):
 
 
 def make_driver_node() -> DriverNode:
-    """
-    Make the node and start it if its parameter ``autostart`` says so.
-
-    :raises SosmlFrictionError: why it cannot start.
-    """
+    """Make the node and start it if its parameter ``autostart`` says so."""
     # The cycle's thread must not wait 5 ms for a callback to give the interpreter away.
     sys.setswitchinterval(5e-4)
     node = DriverNode()

@@ -186,11 +186,7 @@ class EmulatorNode(ProgramNode):
 
 
 def make_emulator_node() -> EmulatorNode:
-    """
-    Make the node.
-
-    :raises SosmlFrictionError: why it cannot start.
-    """
+    """Make the node."""
     # As in the driver: replies are due within a fraction of a millisecond.
     sys.setswitchinterval(5e-4)
     return EmulatorNode()

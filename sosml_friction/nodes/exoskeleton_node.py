@@ -51,11 +51,7 @@ class DirectObserverNode(ObserverNode):
             self._on_description(String(data=driver.description))
 
     def refuse_unknown_parameters(self) -> None:
-        """
-        Refuse as the other nodes do, and say whose parameter it may be.
-
-        :raises ConfigurationError: with the way out.
-        """
+        """Refuse as the other nodes do, and say whose parameter it may be."""
         try:
             super().refuse_unknown_parameters()
         except ConfigurationError as error:
@@ -87,11 +83,7 @@ class DirectObserverNode(ObserverNode):
 
 
 def make_nodes() -> list[Node]:
-    """
-    Make the driver and the observer of its samples.
-
-    :raises SosmlFrictionError: why they cannot start; then no output is on.
-    """
+    """Make the driver and the observer of its samples; where one cannot start no output is on."""
     driver = make_driver_node()
     try:
         return [driver, DirectObserverNode(driver)]

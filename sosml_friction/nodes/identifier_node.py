@@ -75,11 +75,7 @@ _JOINT_STATE = 'sensor_msgs/msg/JointState'
 
 
 class IdentifierNode(ProgramNode):
-    """
-    Run, record and fit.
-
-    :raises ConfigurationError: if the model or a parameter cannot be used.
-    """
+    """Run, record and fit; a ConfigurationError if the model or a parameter cannot be used."""
 
     def __init__(self) -> None:
         super().__init__('identifier_node')

@@ -57,11 +57,7 @@ class NodeProcess:
             self._process.wait()
 
     def require_running(self) -> None:
-        """
-        Make sure that the process runs.
-
-        :raises ActuatorError: if it has ended; the sentence quotes its last words.
-        """
+        """Make sure that the process runs; else an ActuatorError quotes its last words."""
         if self._process.poll() is not None:
             said = [line for line in self._said().splitlines() if line.strip()] or ['no word']
             raise ActuatorError(

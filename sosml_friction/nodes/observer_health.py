@@ -103,11 +103,7 @@ class ObserverHealth:
         self._events.extend([(now_s, kind)] * count)
 
     def judge(self, now_s: float, gap_s: float) -> list[Said]:
-        """
-        Return what is to be said: first of the observers as a whole, then of each joint.
-
-        :param gap_s: the longest interval that is no gap.
-        """
+        """Return what is to be said of the observers, then of each joint; ``gap_s`` is no gap."""
         self._forget(now_s)
         values = self._values()
         others = ''

@@ -149,11 +149,7 @@ def parameters() -> tuple[ParameterSpec, ...]:
 
 
 def configuration_of(p: Mapping[str, Any], robot: Robot) -> ObserverConfiguration:
-    """
-    Return the observers and gains that parameters ``p`` state for a robot.
-
-    :raises ConfigurationError: if one does not fit the robot, or gains are lacking.
-    """
+    """Return the observers and gains that parameters ``p`` state for a robot."""
     if p['configuration']:
         return _recorded(Path(p['configuration']))
     recipe = recipe_gains(

@@ -63,12 +63,7 @@ class StatedModel:
             )
 
     def make(self, urdf: str, joints: Sequence[str] = ()) -> RobotModelFile:
-        """
-        Make the model of a URDF.
-
-        :param joints: that are measured, where the parameter states none; the others are held.
-        :raises ConfigurationError: if the URDF cannot be used, or lacks a joint that was stated.
-        """
+        """Make the model of a URDF and the stated or, if none are, these measured ``joints``."""
         made = skeleton_model(urdf, self.joints or joints, bool(self.joints))
         self.model = self._with_armature(made)
         return self.model

@@ -162,11 +162,7 @@ class BusCycle:
         return missing
 
     def listen(self, until_ns: int) -> None:
-        """
-        Take what comes until ``until_ns``, asking nothing.
-
-        :raises ActuatorError: if the bus fails or the controller is off the bus.
-        """
+        """Take what comes until ``until_ns``, asking nothing."""
         with self._guard():
             while (timeout := (until_ns - self._clock.now_ns()) * 1e-9) > 0.0:
                 message = self.bus.recv(timeout)

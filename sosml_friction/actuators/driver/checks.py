@@ -44,11 +44,7 @@ def check_robot(robot: Robot, names: tuple[str, ...], who: str) -> None:
 def make_actuators(
     configuration: DriverConfiguration, limits: Sequence[JointLimits]
 ) -> list[Actuator]:
-    """
-    Build the actuator of each joint.
-
-    :raises ConfigurationError: if two of them answer from the same identifier.
-    """
+    """Build the actuator of each joint; one identifier for two is a ConfigurationError."""
     actuators = [
         Actuator.kind(joint.driver)(
             joint,

@@ -114,11 +114,7 @@ class DriverConfiguration:
 
     @classmethod
     def from_parameters(cls, values: Mapping[str, Any]) -> DriverConfiguration:
-        """
-        Build it from flat parameters, ``shoulder.can_id`` and the like.
-
-        :raises ConfigurationError: if one is missing, unknown to its actuator or does not fit.
-        """
+        """Build it from flat parameters, ``shoulder.can_id`` and the like."""
         own = {
             place.name: values[key] for key, (place, _) in parameters_of(cls).items()
             if key in values
@@ -168,11 +164,7 @@ def _required(values: Mapping[str, Any], key: str) -> Any:
 
 
 def read_parameters(path: str | Path, node: str) -> dict[str, Any]:
-    """
-    Read the parameters of ``node`` from a ROS parameter file, flat, those for any node included.
-
-    :raises ConfigurationError: if the file cannot be read or has nothing for ``node``.
-    """
+    """Read the parameters of ``node``, flat, those for any node included, from a ROS file."""
     result = node_parameters(Path(path), node)
     if not result:
         raise ConfigurationError(f'parameter file {path} has nothing for {node}')

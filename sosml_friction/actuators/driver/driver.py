@@ -105,11 +105,7 @@ class JointDriver:
     # ---- what is asked of it
 
     def configure(self) -> None:
-        """
-        Ask every actuator who and where it is, without commanding any motor.
-
-        :raises ActuatorError: if one is silent, reports a fault, or is outside its joint's limits.
-        """
+        """Ask every actuator who and where it is, without commanding any motor."""
         self.checks = run_start_ups(self._bus.cycle, self._clock, self._actuators, read_only=False)
         for check in self.checks:
             if check.problem:
@@ -148,11 +144,7 @@ class JointDriver:
             self.state = DriverState.ENABLED
 
     def _refuse(self, joint: DrivenJoint) -> None:
-        """
-        Refuse to drive a joint that has a problem or is not known well enough.
-
-        :raises ActuatorError: with the reason.
-        """
+        """Refuse to drive a joint that has a problem or is not known well enough."""
         problem = self._problem(joint)
         if not problem and joint.away:
             problem = f'joint {joint.name} was away and is being asked anew: try again'
@@ -172,11 +164,7 @@ class JointDriver:
                 self._hold()
 
     def stop(self) -> None:
-        """
-        Drop the trajectory, brake with ``stop_deceleration`` and hold.
-
-        :raises ActuatorError: if the driver is not enabled.
-        """
+        """Drop the trajectory, brake with ``stop_deceleration`` and hold; only where enabled."""
         with self._lock:
             if self.state is not DriverState.ENABLED:
                 raise ActuatorError(f'the driver is {self.state.value}: there is nothing to stop')
@@ -184,11 +172,7 @@ class JointDriver:
             self._motion.brake(last.q, last.v)
 
     def follow(self, trajectory: Trajectory) -> None:
-        """
-        Check a trajectory as a whole and start it in the next cycle, in place of a running one.
-
-        :raises TrajectoryError: if it does not fit, or the driver is not enabled.
-        """
+        """Check a trajectory as a whole and start it in the next cycle, in place of another."""
         with self._lock:
             if self.state is not DriverState.ENABLED:
                 raise TrajectoryError(

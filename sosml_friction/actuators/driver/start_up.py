@@ -108,12 +108,7 @@ class StartUp:
         return [] if self.done else self._steps[0].requests()
 
     def take(self, missing: set[Hashable], asked: Sequence[Request]) -> None:
-        """
-        End a round.
-
-        :param missing: keys without a reply.
-        :param asked: what :meth:`requests` returned in this round.
-        """
+        """End a round: of what was ``asked`` the keys ``missing`` had no reply."""
         if self.done:
             return
         step = self._steps[0]

@@ -115,11 +115,7 @@ class EmulatedActuator(ABC):
         return any(fault.name == name for fault in self._faults)
 
     def set_faults(self, faults: tuple[Fault, ...], q: float) -> None:
-        """
-        Have these faults from now on, and no others.
-
-        :param q: the joint's true position, where a stuck encoder stays [rad or m].
-        """
+        """Have these faults and no others; a stuck encoder stays at the true position ``q``."""
         self._faults = faults
         if not self.has_fault('stuck_encoder'):
             self._stuck_at = None
@@ -152,12 +148,7 @@ class EmulatedActuator(ABC):
 
     @abstractmethod
     def handle(self, frame: Frame, t_ns: int, q: float, v: float) -> Frame | None:
-        """
-        Take a frame that arrived at ``t_ns`` and return the reply, or None.
-
-        :param q: the joint's position at that time [rad or m].
-        :param v: its velocity.
-        """
+        """Take a frame that arrived at ``t_ns``; return the reply, or None."""
 
     @abstractmethod
     def control(self, t_ns: int, q: float, v: float) -> None:

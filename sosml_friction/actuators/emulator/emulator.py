@@ -198,11 +198,7 @@ class ExoskeletonEmulator:
         return next((own for own in self.faults if own.kind.place is FaultPlace.BUS), None)
 
     def inject(self, faults: str) -> None:
-        """
-        Let faults begin, besides those that stand: ``drop joint=shoulder; delay seconds=0.01``.
-
-        :raises ConfigurationError: if one of them does not exist; then none begins.
-        """
+        """Let faults begin besides those that stand, all or, in error, none."""
         for fault in parse_faults(faults, self.names):
             self._set((*self.faults, *(() if fault.kind.event else (fault,))))
             if fault.kind.place is FaultPlace.ACTUATOR:
@@ -214,11 +210,7 @@ class ExoskeletonEmulator:
         self._set(tuple(own for own in self.faults if name and own.name != name))
 
     def set_faults(self, faults: str) -> None:
-        """
-        Have these faults and no others: those that stand already go on, the others begin.
-
-        :raises ConfigurationError: if one of them does not exist; then nothing changes.
-        """
+        """Have these faults and no others: those that stand already go on, the others begin."""
         wanted = parse_faults(faults, self.names)
         before, self._wanted = self._wanted, wanted
         self._set(tuple(own for own in self.faults if own in wanted))

@@ -22,11 +22,7 @@ class FaultPlace(Enum):
 
 @dataclass(frozen=True)
 class FaultArgument:
-    """
-    Describe one argument of a fault.
-
-    A number lies between ``low`` and ``high``; a word is one of ``choices``.
-    """
+    """Describe an argument: a number from ``low`` to ``high``, or one of the words ``choices``."""
 
     name: str
     default: float | str
@@ -103,11 +99,7 @@ _BY_NAME = {kind.name: kind for kind in FAULTS}
 
 @dataclass(frozen=True)
 class Fault:
-    """
-    Hold one fault: its kind, the joint it meets ('' for all) and its arguments.
-
-    Made from words by :func:`parse_fault`.
-    """
+    """Hold a fault, made by :func:`parse_fault`: kind, joint it meets ('' for all), arguments."""
 
     kind: FaultKind
     joint: str
@@ -141,12 +133,7 @@ class Fault:
 
 
 def parse_fault(text: str, joints: Sequence[str]) -> Fault:
-    """
-    Return the fault that ``text`` names: ``drop joint=shoulder fraction=0.5``.
-
-    :param joints: the joints there are; without ``joint=`` a fault meets them all.
-    :raises ConfigurationError: if there is no such fault, joint or argument.
-    """
+    """Return the fault that ``text`` names: ``drop joint=shoulder fraction=0.5``."""
     name, *words = text.split() or ['']
     kind = _BY_NAME.get(name)
     if kind is None:
@@ -177,11 +164,7 @@ def parse_fault(text: str, joints: Sequence[str]) -> Fault:
 
 
 def parse_faults(text: str, joints: Sequence[str]) -> tuple[Fault, ...]:
-    """
-    Return the faults that ``text`` names with semicolons between them; none if it is empty.
-
-    :raises ConfigurationError: if one of them does not exist.
-    """
+    """Return the faults that ``text`` names with semicolons between them; none if it is empty."""
     return tuple(parse_fault(part, joints) for part in text.split(';') if part.strip())
 
 

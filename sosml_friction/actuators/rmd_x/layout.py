@@ -186,20 +186,12 @@ class Message:
             cls.layout = Layout(places, **{name: hints[name].__metadata__[0] for name in names})
 
     def pack(self) -> bytes:
-        """
-        Return the 8 bytes.
-
-        :raises CanProtocolError: if a value is not finite or no such value exists.
-        """
+        """Return the 8 bytes; a CanProtocolError if there is no such value."""
         return self.layout.pack(self, self.command)
 
     @classmethod
     def unpack(cls, data: bytes) -> Message:
-        """
-        Return what 8 bytes say.
-
-        :raises CanProtocolError: if they say nothing the protocol allows.
-        """
+        """Return what 8 bytes say; a CanProtocolError if that is nothing the protocol allows."""
         return cls(**cls.layout.unpack(data))
 
 

@@ -305,11 +305,7 @@ def _channels(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _unpacked_mat(path: Path) -> int:
-    """
-    Return what the packed variables of a MAT file unpack to [bytes], or too much.
-
-    :raises DataError: if it has data of a type that is none.
-    """
+    """Return what the packed variables of a MAT file unpack to [bytes], or too much."""
     most, found = most_unpacked(path), 0
     with path.open('rb') as stream:
         # Version and order of bytes; another version packs nothing, or is read by h5py.

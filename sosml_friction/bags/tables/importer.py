@@ -175,12 +175,7 @@ def _table(
     t_ns: IndexArray,
     tell: Tell,
 ) -> FloatArray | None:
-    """
-    Return one quantity of all joints (N, n) in SI units, NaN where a joint has none.
-
-    :param signals: by joint; without any, the answer is None.
-    :raises DataError: if there are not as many values as samples.
-    """
+    """Return one quantity of all joints (N, n) in SI, NaN where a joint has none."""
     if not signals:
         return None
     kept = _kept(t_ns)

@@ -294,12 +294,7 @@ def open_places(content: Any, where: str = '') -> list[str]:
 
 
 def parse_mapping(content: Any, path: Path) -> ImportMapping:
-    """
-    Return the checked mapping ``content``.
-
-    :param path: of its file, for the sentences and for the files that it names.
-    :raises ConfigurationError: as :func:`read_mapping`.
-    """
+    """Return the checked mapping ``content``; ``path`` is where its files are looked for."""
     read = _Reader(path)
     content = read.table(content, 'the mapping', _TOP_KEYS)
     places = open_places(content)

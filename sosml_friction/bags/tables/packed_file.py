@@ -36,11 +36,7 @@ def most_unpacked(path: Path) -> int:
 
 
 def check_size(path: Path, unpacked: int) -> None:
-    """
-    Refuse a file that unpacks to far more than it takes.
-
-    :raises DataError: if it does.
-    """
+    """Refuse, with a DataError, a file that unpacks to far more than it takes."""
     if unpacked > most_unpacked(path):
         raise DataError(
             f'{path} takes {path.stat().st_size} bytes and says that it unpacks to {unpacked}: '

@@ -68,11 +68,7 @@ ONE_RECORDING = 'give one recording of it, as a table of samples and joints'
 
 
 class RecordedColumns:
-    """
-    Hold what is known of the columns of one file while their mapping is put together.
-
-    ``roles``: the column of each quantity of each joint; ``why``: the reason, by column.
-    """
+    """Hold by joint the columns of its quantities (``roles``), and why, by column."""
 
     def __init__(
         self,
