@@ -14,10 +14,14 @@ from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import BusCycle
 from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.bus.open_bus import open_bus
-from sosml_friction.actuators.driver.checks import bus_load, check_robot, make_actuators
+from sosml_friction.actuators.driver.checks import (
+    bus_load,
+    check_robot,
+    make_actuators,
+    run_start_ups,
+)
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.start_up import Check
-from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory

@@ -14,7 +14,12 @@ import numpy as np
 
 from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import trouble_names
-from sosml_friction.actuators.driver.checks import bus_load, check_robot, make_actuators
+from sosml_friction.actuators.driver.checks import (
+    bus_load,
+    check_robot,
+    make_actuators,
+    run_start_ups,
+)
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.cycle_watch import CycleWatch
 from sosml_friction.actuators.driver.drive_motion import DriveMotion
@@ -23,7 +28,6 @@ from sosml_friction.actuators.driver.driver_bus import DriverBus
 from sosml_friction.actuators.driver.joint_sample import JointSample
 from sosml_friction.actuators.driver.report import DriverReport, DriverState
 from sosml_friction.actuators.driver.start_up import Check, Request
-from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import (
     ActuatorError,

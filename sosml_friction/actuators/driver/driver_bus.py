@@ -9,8 +9,8 @@ import can
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import BusCycle
+from sosml_friction.actuators.driver.checks import run_start_ups
 from sosml_friction.actuators.driver.start_up import Check, Request
-from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.exceptions import ActuatorError
 
 SHUT_DOWN_TIMEOUT_NS = 20_000_000

@@ -4,7 +4,7 @@
 The start-up of an actuator as a list of steps: ask, check, say. No input or output here.
 
 An :class:`~sosml_friction.actuators.actuator.Actuator` gives its steps; :class:`StartUp` walks
-through them; :func:`~.start_up_run.run_start_ups` sends and receives.
+through them; :func:`~.checks.run_start_ups` sends and receives.
 """
 
 from collections.abc import Callable, Hashable, Sequence

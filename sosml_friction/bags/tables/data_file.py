@@ -244,14 +244,15 @@ class DataFile(Mapping[str, NDArray[Any]]):
                     # A word among numbers is what is wrong, and not the first number.
                     k = max(k, next(i for i, x in enumerate(texts) if x and not is_number(x)))
                     why = _NO_NUMBER
-                raise self._wrong(name, *cells[k], why) from None
+                raise self._wrong(name, cells[k], why) from None
         for k in np.flatnonzero(np.isinf(found))[:1]:
             raise self._wrong(
-                name, *cells[k], 'is not a finite number (leave a missing value empty)'
+                name, cells[k], 'is not a finite number (leave a missing value empty)'
             )
         return found
 
-    def _wrong(self, name: str, line: int, cell: str, why: str) -> DataError:
+    def _wrong(self, name: str, place: tuple[int, str], why: str) -> DataError:
+        line, cell = place
         return DataError(f'{self.path} line {line}, column {name!r}: {cell!r} {why}')
 
 
@@ -412,7 +413,7 @@ def _read_parquet(path: Path) -> dict[str, Any]:
     with readable(path, 'Parquet file', io=False):
         check_size(path, _unpacked_parquet(parquet.read_metadata(path)))
         table = parquet.read_table(path)
-    variables = {}
+    variables: dict[str, Any] = {}
     for name in table.column_names:
         values = table[name].to_numpy()
         if values.dtype.kind in 'Mm':
