@@ -40,11 +40,8 @@ class Actuator(ABC):
     before the wire. ``timeouts`` counts how often the actuator said that it got no command for
     the time of its own watchdog, ``restarts`` how often it was switched on anew.
 
-    :param rate: of the cycle [Hz].
+    :param rate: of the cycle [Hz]; ``stop_deceleration`` [rad/s^2 or m/s^2].
     :param margin: how far outside its limits the joint may be [rad or m].
-    :param stop_deceleration: [rad/s^2 or m/s^2].
-    :raises TypeError: for a class that does not say what it must.
-    :raises ConfigurationError: for one that takes another's name.
     """
 
     configuration_type: ClassVar[type[JointConfiguration]]
@@ -116,8 +113,8 @@ class Actuator(ABC):
         """
         Return the steps that tell whether the joint may be enabled; nothing here moves it.
 
-        :param read_only: write nothing, whatever the configuration asks for.
-        :param watchdog: judge the actuator's own watchdog as well, which takes a second.
+        ``read_only`` writes nothing, whatever the configuration asks for. To judge the actuator's
+        own ``watchdog`` as well takes a second.
         """
 
     @abstractmethod

@@ -34,8 +34,6 @@ class JointConfiguration(ABC):
     With i its current and x its position, both in its own direction: tau = direction *
     torque_constant * i [Nm or N] and q = direction * x + zero_offset [rad or m]. A subclass adds
     the parameters of one type of actuator, whose name in a parameter file is ``driver``.
-
-    :raises ConfigurationError: if a value does not fit.
     """
 
     driver: ClassVar[str]

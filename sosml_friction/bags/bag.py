@@ -273,8 +273,6 @@ class Bag:
 
         They are the JointState messages of ``controller_reference``; one that wraps is made
         continuous.
-
-        :raises BagError: if several topics end so, or a message contradicts itself.
         """
         found = self._series('controller_reference', 'position')
         if found is None:
@@ -289,8 +287,6 @@ class Bag:
 
         They are the JointState messages of ``injected_effort``; None if none are recorded. A joint
         without such a signal has NaN.
-
-        :raises BagError: if several topics end so, or a message contradicts itself.
         """
         return self._series('injected_effort', 'effort')
 

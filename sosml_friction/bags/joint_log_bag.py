@@ -26,14 +26,12 @@ def write_joint_log(
     Record ``log`` in the bag ``folder``, with the robot's URDF and model text where given.
 
     A quantity that no joint has in any sample is left out of the messages (empty array). A
-    temperature is written when it changes. Log time is the stamp. ``Bag.open(folder).joint_log()``
-    gives the same log back, bit by bit.
+    temperature is written when it changes. Log time is the stamp, 0 to 2^31 s.
+    ``Bag.open(folder).joint_log()`` gives the same log back, bit by bit.
 
     :param reference: wanted positions (N, n) [rad or m], recorded as ``controller_reference``.
     :param injected: efforts (N, n) [Nm or N] that were added to the command of the controllers,
         recorded as ``injected_effort``.
-    :raises BagError: if the folder exists or cannot be written, or a stamp does not fit the
-        message (0 to 2^31 s).
     """
     low, high = int(log.t_ns.min()), int(log.t_ns.max())
     if low < 0 or high >= 2**31 * 1_000_000_000:

@@ -27,11 +27,9 @@ class JointStateLayout:
     """
     Hold what two JointState messages share that differ in their numbers alone.
 
-    :param names: of the joints.
-    :param counts: how many values each of :data:`FIELDS` has.
-    :param starts: the byte at which they begin.
-    :param fixed: bytes that are the same in all, where they begin and what they are: lengths and
-        names. Left out are the stamp, the frame_id, the numbers and what fills gaps.
+    ``counts`` of the values of each of :data:`FIELDS`, and the bytes at which these start;
+    ``fixed``: bytes that are the same in all, where they begin and what they are: lengths and
+    names. Left out are the stamp, the frame_id, the numbers and what fills gaps.
     """
 
     names: tuple[str, ...]

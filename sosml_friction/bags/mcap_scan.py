@@ -114,9 +114,8 @@ def scan(path: Path, regions: list[Region], beyond: bool = False) -> McapScan:
     """
     Return the index of an MCAP file up to its last whole message.
 
-    :param beyond: whether chunks behind a damaged place are searched for as well: those that a
-        checksum shows to be whole, each once.
-    :raises BagError: if the file cannot be read or is no MCAP file.
+    With ``beyond``, chunks behind a damaged place are searched for as well: those that a checksum
+    shows to be whole, each once.
     """
     found = McapScan(path, regions, beyond=beyond)
     try:
@@ -317,9 +316,8 @@ class _Scanner:
         """
         Index the records of a chunk's content; return whether the last one is whole.
 
-        :param end: where the chunk says that its content ends; ``stop`` is before it in one that
-            is cut off.
-        :param listed: where its index says that messages begin.
+        In a chunk that is cut off ``stop`` is before the ``end`` that it states. ``listed`` is
+        where its index says that messages begin.
         """
         other = True
         while start < stop:

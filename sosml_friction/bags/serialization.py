@@ -44,8 +44,6 @@ def serialize(message: Any) -> bytes:
     Alignment gaps hold arbitrary bytes, and after an empty array of doubles up to 8 arbitrary
     bytes follow the message: rclpy reserves more than it fills. ROS readers pass over them; bytes
     received from a topic do not have them, nor do those of :func:`serialize_joint_state`.
-
-    :raises ConfigurationError: if rclpy is not installed.
     """
     return bytes(_rclpy_serialization().serialize_message(message))
 

@@ -25,12 +25,7 @@ _LONGEST_SILENCE = 300.0
 
 
 class DemoClient:
-    """
-    Call services, follow the identifier's phase, and watch the processes meanwhile.
-
-    :param processes: may grow; each that ends is an :class:`ActuatorError`.
-    :param step: called with the identifier's phase in words and, while moving, its share.
-    """
+    """Call services, follow the identifier's phase, and watch the processes, which may grow."""
 
     def __init__(
         self, node: Node, executor: Executor, processes: Sequence[NodeProcess], step: Step

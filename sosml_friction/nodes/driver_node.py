@@ -448,11 +448,7 @@ class DriverNode(LifecycleNode):
                 self.get_logger().error(f'trajectory refused: {error}')
 
     def begin(self, message: JointTrajectoryMessage, senders: list[Endpoint]) -> None:
-        """
-        Start a trajectory that one of ``senders`` sent.
-
-        :raises SosmlFrictionError: why it is refused; the diagnostics say it as well.
-        """
+        """Start a trajectory that one of ``senders`` sent; an error says why it is refused."""
         try:
             if self._driver is None or self._thread is None:
                 raise TrajectoryError('the driver is not active: activate it first')

@@ -91,8 +91,6 @@ class EmulatorNode(ProgramNode):
 
     The parameter ``faults`` may be set while it runs: what is new in it begins, what is gone ends,
     an empty one ends all. A fault that does not exist is refused with a reason.
-
-    :raises SosmlFrictionError: if a parameter, the model or the bus does not fit.
     """
 
     def __init__(self, **kwargs: Any) -> None:

@@ -39,8 +39,6 @@ class DirectObserverNode(ObserverNode):
 
     The driver's thread and the executor's take turns: samples come in one, parameters, services
     and timers in the other.
-
-    :raises ConfigurationError: if the parameters do not fit.
     """
 
     def __init__(self, driver: DriverNode) -> None:

@@ -54,11 +54,9 @@ class _Estimate(NamedTuple):
 
 class ObserverHealth:
     """
-    Judge the last second of an observer.
+    Judge the last second of an observer of ``joints``.
 
     Times ``now_s`` are of a clock that always goes forwards; the stamps of the messages may not.
-
-    :param joints: that are observed.
     """
 
     def __init__(self, joints: Sequence[str]) -> None:

@@ -49,11 +49,7 @@ def trouble_names(trouble: BusTrouble) -> str:
 
 
 def is_transmit_full(error: BaseException) -> bool:
-    """
-    Tell whether a failed send means "transmit buffer full": the bus is there, but does not take.
-
-    python-can raises it with an errno (ENOBUFS), or by words alone when its own wait timed out.
-    """
+    """Tell whether a send failed by a full transmit buffer: the bus is there, and is full."""
     code = getattr(error, 'error_code', None)
     if code is None and isinstance(error, OSError):
         code = error.errno
@@ -137,8 +133,6 @@ class BusCycle:
 
         What lies in the receive buffer beforehand is dropped as stale. At the deadline, what has
         arrived by then is still read. A transmit buffer that is full counts as no reply.
-
-        :raises ActuatorError: if the bus fails or the controller is off the bus.
         """
         counters = self.counters
         with self._guard():

@@ -21,12 +21,7 @@ _LISTEN_NS = 20_000_000
 
 
 def check_robot(robot: Robot, names: tuple[str, ...], who: str) -> None:
-    """
-    Refuse a model of other joints, and limits that limit nothing: comparison with NaN is false.
-
-    :param who: has the joints ``names``.
-    :raises ConfigurationError: with the joint and its limit.
-    """
+    """Refuse a model of other joints, and limits that limit nothing, NaN among them."""
     if robot.names != names:
         raise ConfigurationError(
             f'the model has the joints {", ".join(robot.names)}, the {who} {", ".join(names)}: '
@@ -97,11 +92,10 @@ def run_start_ups(
     watchdog: bool = True,
 ) -> tuple[Check, ...]:
     """
-    Run the start-up of ``actuators`` and return what each step found, joint by joint.
+    Run the start-ups of ``actuators`` and return what each step found, joint by joint.
 
-    :param read_only: write nothing to any motor: the motor's watchdog is judged, never set.
-    :param watchdog: judge it, which takes a second.
-    :raises ActuatorError: if the bus fails.
+    ``read_only`` writes nothing to any motor: its ``watchdog``, which takes a second to judge, is
+    never set.
     """
     start_ups = [
         StartUp(own.name, own.start_up(read_only=read_only, watchdog=watchdog), own.silence())

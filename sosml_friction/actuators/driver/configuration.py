@@ -26,8 +26,6 @@ class DriverConfiguration:
     A program that has said :meth:`JointDriver.heartbeat` once and is then silent for
     ``host_timeout`` is a fault. Between the URDF's limits and ``limit_margin`` beyond, the soft
     stop lets the torque outward fade.
-
-    :raises ConfigurationError: if values do not fit.
     """
 
     joints: tuple[JointConfiguration, ...]
@@ -127,8 +125,6 @@ def joints_from_parameters(values: Mapping[str, Any]) -> tuple[JointConfiguratio
     Build the joints from flat parameters, ``shoulder.can_id`` and the like.
 
     The values that drive a joint may be missing where it is only mounted, as in the emulator.
-
-    :raises ConfigurationError: if one is missing, unknown to its actuator or does not fit.
     """
     names = _required(values, 'joints')
     if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
@@ -174,11 +170,7 @@ def read_parameters(path: str | Path, node: str) -> dict[str, Any]:
 def controller_entries(
     configuration: DriverConfiguration, limits: Sequence[JointLimits]
 ) -> dict[str, dict[str, Any]]:
-    """
-    Return an entry for each joint, as :mod:`sosml_friction.bags.controllers` describes it.
-
-    :param limits: of the URDF; the lower of its effort and the current limit counts.
-    """
+    """Return an entry for each joint, as :mod:`sosml_friction.bags.controllers` describes it."""
     entries: dict[str, dict[str, Any]] = {}
     for joint, limit in zip(configuration.joints, limits, strict=True):
         loop = joint.loop(limit)

@@ -127,8 +127,7 @@ class JointDriver:
         """
         Hold the joints, braking those that move; clears a latched fault whose cause is gone.
 
-        :raises ActuatorError: if an actuator is silent, faulty or outside its limits, or no cycle
-            has run yet.
+        It is refused if an actuator is silent, faulty or outside its limits, or no cycle has run.
         """
         with self._lock:
             if self.state is DriverState.ENABLED:
@@ -196,11 +195,7 @@ class JointDriver:
             self._motion.follower.follow(prepared)
 
     def heartbeat(self) -> None:
-        """
-        Say that the program around the driver is alive.
-
-        From the first call on, ``host_timeout`` without another one is a fault.
-        """
+        """Say that the program around is alive; then silence for ``host_timeout`` is a fault."""
         self._watch.heartbeat(self._clock.now_ns())
 
     def fault(self, reason: str) -> None:
@@ -228,8 +223,6 @@ class JointDriver:
 
         The next cycle begins when all replies are in, or ``reply_timeout`` has passed: a late
         reply of an RMD-X, which numbers nothing, could not be told from the next one.
-
-        :raises ActuatorError: if the driver is not configured.
         """
         start_ns = self._clock.now_ns()
         if self.state is DriverState.UNCONFIGURED:

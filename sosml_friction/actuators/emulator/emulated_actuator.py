@@ -31,10 +31,7 @@ class EmulatedActuator(ABC):
     good hardware of this type is, each with a default. Its fields are parameters of the emulator.
 
     :param mount: of the joint; only what says how the actuator is mounted counts.
-    :param options: an object of the type's ``options_type``.
-    :param current_limit: the hardware's own [A].
-    :param seed: of this actuator's own noise, so that one actuator's traffic does not change
-        another's.
+    :param seed: of its own noise, so that one actuator's traffic does not change another's.
     """
 
     options_type: ClassVar[type]

@@ -39,19 +39,16 @@ class ExoskeletonEmulator:
     after its arrival, a measurement is extrapolated from the one before. So the same frames at the
     same times give the same answers, bit for bit, for one seed.
 
-    :meth:`inject` lets faults of :data:`~.fault.FAULTS` begin at the
-    present time. What ``bus_off``, ``tx_full`` and ``adapter_gone`` look like to the host is the
-    bus object's matter; here no frame passes meanwhile.
+    What ``bus_off``, ``tx_full`` and ``adapter_gone`` look like to the host is the bus object's
+    matter; here no frame passes meanwhile.
 
     Not modelled: bus arbitration, error counters and load; joint end stops, sticking (a static
     smooth friction creeps), backlash, joint elasticity, the wearer, temperature-dependent
     friction; and what the emulated actuators say of themselves.
 
-    :param model: the truth: rigid body, armature and friction of each joint.
     :param mounts: the actuator of each joint: type, identifier, direction, zero offset and torque
         constant of the hardware that is really there.
     :param position: where the joints rest at the start (n,) [rad or m].
-    :raises ConfigurationError: if joints or numbers do not fit.
     """
 
     def __init__(
@@ -144,11 +141,7 @@ class ExoskeletonEmulator:
             self.time_ns += STEP_NS
 
     def handle(self, frame: Frame, t_ns: int) -> list[tuple[int, Frame]]:
-        """
-        Take a frame that arrived at ``t_ns`` and return its replies with the times they leave.
-
-        Times must not decrease from call to call.
-        """
+        """Take a frame that arrived at ``t_ns``, which never falls; return its timed replies."""
         i = self._by_id.get(frame.can_id)
         if i is None:
             self.foreign_frames += 1

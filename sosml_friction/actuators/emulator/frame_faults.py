@@ -21,8 +21,6 @@ class FrameFaults:
 
     Only faults draw random numbers here, so that a run without any is the same with and without
     this class.
-
-    :param seed: of what is chosen by chance.
     """
 
     def __init__(self, seed: np.random.SeedSequence) -> None:

@@ -18,10 +18,7 @@ def read_excel(path: Path) -> tuple[Columns, list[str]]:
     Return the cells of each column of the sheet with the most rows of numbers, and remarks.
 
     Of equals it is the first. The header is found as in a table of text; formulas have the values
-    that the program kept which saved them.
-
-    :raises DataError: if openpyxl is not there, or the file is damaged, locked, of the older kind
-        ``.xls``, holds no numbers, or unpacks to too much.
+    that the program kept which saved them. The older kind ``.xls`` is not read.
     """
     try:
         import openpyxl

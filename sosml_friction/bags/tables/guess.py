@@ -40,13 +40,10 @@ def guess_mapping(
     """
     Return the mapping that the names and the numbers of a file speak for.
 
-    Time is what grows all the time. A velocity is the slope of its position, and the factor
-    between them tells their units. The effort is, of what is left, what follows the direction,
-    speed and acceleration of its joint. Words in the names come first where there are any.
-
-    :param urdf_text: the robot's; names of the joints, and whether they turn or slide.
-    :param rate: samples per second [Hz], in the place of a column of time.
-    :raises DataError: if the file holds no series that could be the position of a joint.
+    Time is what grows all the time, unless ``rate`` [Hz] stands in its place. A velocity is the
+    slope of its position, and the factor between them tells their units. The effort is, of what is
+    left, what follows the direction, speed and acceleration of its joint. Words in the names come
+    first where there are any. The URDF says what joints are called and whether they turn or slide.
     """
     return Guesser(data, urdf_text, rate=rate).guess()
 

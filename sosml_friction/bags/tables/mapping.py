@@ -267,11 +267,9 @@ class _Reader:
 
 def read_mapping(path: str | Path, rate: float | None = None) -> ImportMapping:
     """
-    Return the checked content of a mapping file.
+    Return the checked content of a mapping file; ``rate`` [Hz] is for one that has no time.
 
-    :param rate: samples per second [Hz], where the file says neither time nor sample_rate.
-    :raises ConfigurationError: if the file is missing, is no YAML, has an unknown key or unit, or
-        lacks what it needs; the sentence names the key.
+    What is wrong or lacking is a ConfigurationError that names the key.
     """
     path = Path(path)
     needed = 'give a YAML file that says which variable is what'
