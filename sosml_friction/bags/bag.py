@@ -9,6 +9,7 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,22 +20,23 @@ from mcap.records import Channel, Schema
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.bag_files import mcap_files
 from sosml_friction.bags.bag_metadata import (
+    CHECKSUM,
     METADATA,
     as_mapping,
     read_metadata,
     refuse_compressed_messages,
+    text_checksum,
 )
 from sosml_friction.bags.chunk_data import Region
 from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_state_layout import FIELDS
 from sosml_friction.bags.joint_states import JointStates, read_joint_states
 from sosml_friction.bags.mcap_scan import McapScan, scan
-from sosml_friction.bags.message_store import open_store
-from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
+from sosml_friction.bags.message_definitions import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
+from sosml_friction.bags.message_store import MessageStore
 from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 from sosml_friction.bags.serialization import deserialize, plain_string, plain_temperature
 from sosml_friction.bags.stand_in import refuse_stand_in
-from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.bags.topic import Topic, merge_topics
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import BagError, ConfigurationError
@@ -192,7 +194,7 @@ class Bag:
     def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
         """Yield (log_time_ns, CDR bytes) of each message of a topic, given by its whole name."""
         entry = self._topics[self._known(topic)]
-        with open_store(self._regions) as store:
+        with closing(MessageStore(self._regions)) as store:
             for log_time_ns, region, offset, length in zip(
                 entry.log_time_ns.tolist(),
                 entry.region.tolist(),
@@ -217,7 +219,7 @@ class Bag:
         which = np.repeat(np.arange(len(entries)), [len(entry) for entry in entries])
         # Equal log times keep the order of the file.
         order = np.lexsort((offsets, regions, log_times))
-        with open_store(self._regions) as store:
+        with closing(MessageStore(self._regions)) as store:
             for i in order.tolist():
                 # The time of publication stands before the message.
                 start, length = int(offsets[i]) - 8, int(lengths[i]) + 8
@@ -342,7 +344,7 @@ class Bag:
         self._require_type(topic, STRING)
         entry = self._decodable(topic)
         place = (int(column[-1]) for column in (entry.region, entry.offset, entry.length))
-        with open_store(self._regions) as store:
+        with closing(MessageStore(self._regions)) as store:
             last = store.fetch(*place)
         # Without rclpy, which takes longer to import than many a bag to read.
         text = plain_string(last)
@@ -354,17 +356,13 @@ class Bag:
         """Return the topics of the chosen namespace, or all."""
         if self._namespace is None:
             return self._topics
-        if self._namespace == '/':
-            # The robot at the root: its own topics and their branches, no other namespace.
-            return {
-                name: entry
-                for name, entry in self._topics.items()
-                if name.count('/') == 1 or name.startswith('/friction_estimate/')
-            }
+        # The robot at the root: its own topics and their branches, no other namespace.
+        is_root = self._namespace == '/'
+        begin = '/friction_estimate/' if is_root else f'{self._namespace}/'
         return {
             name: entry
             for name, entry in self._topics.items()
-            if name.startswith(self._namespace + '/')
+            if name.startswith(begin) or (is_root and name.count('/') == 1)
         }
 
     def _find(self, suffix: str) -> str | None:
@@ -432,7 +430,7 @@ class Bag:
         def decode(row: int, cdr: bytes) -> Any:
             return self._decode(topic, int(entry.log_time_ns[row]), cdr)
 
-        with open_store(self._regions) as store:
+        with closing(MessageStore(self._regions)) as store:
             places = entry.region, entry.offset, entry.length
             found = read_joint_states(store, places, quantities, decode)
         self._refuse_contradictions(topic, found)

@@ -33,8 +33,8 @@ class JointStateLayout:
     """
 
     names: tuple[str, ...]
-    counts: tuple[int, int, int]
-    starts: tuple[int, int, int]
+    counts: tuple[int, ...]
+    starts: tuple[int, ...]
     fixed: tuple[tuple[int, bytes], ...]
 
     @classmethod
@@ -74,7 +74,7 @@ class JointStateLayout:
             at += 8 * count
         if at > len(cdr):
             raise _UnusualError
-        return cls(tuple(names), _three(counts), _three(starts), tuple(fixed))
+        return cls(tuple(names), tuple(counts), tuple(starts), tuple(fixed))
 
     def shared_by(self, rows: NDArray[np.uint8]) -> BoolArray:
         """Return which messages of this one's length have its layout, (K,); rows (K, length)."""
@@ -112,8 +112,3 @@ def _text(cdr: bytes, at: int) -> int:
 
 def _aligned(at: int, size: int) -> int:
     return at + (_ORIGIN - at) % size
-
-
-def _three(values: list[int]) -> tuple[int, int, int]:
-    position, velocity, effort = values
-    return position, velocity, effort

@@ -5,8 +5,6 @@
 from __future__ import annotations
 
 import mmap
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -67,13 +65,3 @@ class MessageStore:
         for data in self._files.values():
             data.close()
         self._files.clear()
-
-
-@contextmanager
-def open_store(regions: list[Region]) -> Iterator[MessageStore]:
-    """Open a store for the length of a ``with`` block."""
-    store = MessageStore(regions)
-    try:
-        yield store
-    finally:
-        store.close()

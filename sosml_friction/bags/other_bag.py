@@ -18,7 +18,7 @@ from sosml_friction.bags.bag_metadata import (
 )
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
+from sosml_friction.bags.message_definitions import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.stand_in import refuse_stand_in
 from sosml_friction.exceptions import BagError

@@ -11,16 +11,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic_ns
-from types import TracebackType
 from typing import Any, NamedTuple
 
 import yaml
 from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
-from sosml_friction.bags.bag_metadata import INFORMATION, METADATA
+from sosml_friction.bags.bag_metadata import CHECKSUM, INFORMATION, METADATA, text_checksum
 from sosml_friction.bags.message_definitions import message_definition, split_type_name, type_hash
-from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.exceptions import BagError
 
 # Version of rosbag2's metadata that ROS 2 Jazzy writes; since 9 the QoS policies are words.
@@ -138,12 +136,7 @@ class BagRecorder:
     def __enter__(self) -> BagRecorder:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property
