@@ -91,7 +91,7 @@ class RecordedColumns:
             steps = np.diff(self.series[name])
             falls = (steps < 0).mean() if len(steps) else 0.0
             if not self.is_named or (word.quantity == 'time' and falls > _FALLS):
-                self.words[name] = HeaderWord('', '', '', False, False)
+                self.words[name] = HeaderWord()
             elif 'time' in name.lower() and (steps > 0).all():
                 # Where each signal has a time of its own: Time_q, q, Time_tau, tau.
                 self.words[name] = word._replace(quantity='time')
@@ -134,6 +134,7 @@ class RecordedColumns:
             if name not in stamps and not counts_samples(x)
         }
         self.moving = evidence.moving(self.t, others)
+        self.rough = {name: evidence.roughness(x) for name, x in self.moving.items()}
         self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []
         self.stated_units: set[str] = set()
         self.roles: dict[str, dict[str, str]] = {}
@@ -441,7 +442,7 @@ class RecordedColumns:
 
     def _moves(self, position: str) -> bool:
         """Tell whether a position is more than noise about a place."""
-        return position in self.moving and evidence.roughness(self.moving[position]) < _ROUGH
+        return self.rough.get(position, math.inf) < _ROUGH
 
     def _remark(self, sentence: str) -> None:
         if sentence not in self.result.remarks:
