@@ -7,7 +7,8 @@ import math
 import sys
 import time
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -565,12 +566,8 @@ HELP = NodeHelp(
     '--ros-args --params-file config/exoskeleton.yaml',
     PARAMETERS,
 )
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node as a program; return its exit code."""
-    return run_node(make_driver_node, args, HELP)
-
+#: Run the program; return its exit code.
+main = partial(run_node, make_driver_node, help_=HELP)
 
 if __name__ == '__main__':
     sys.exit(main())

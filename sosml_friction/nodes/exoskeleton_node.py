@@ -11,8 +11,8 @@ another publisher is not heard. The numbers are those of two processes.
 
 import sys
 import threading
-from collections.abc import Sequence
 from copy import deepcopy
+from functools import partial
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -98,12 +98,8 @@ HELP = NodeHelp(
     '--ros-args --params-file config/exoskeleton.yaml',
     PARAMETERS,
 )
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run both nodes as a program; return its exit code."""
-    return run_node(make_nodes, args, HELP)
-
+#: Run the program; return its exit code.
+main = partial(run_node, make_nodes, help_=HELP)
 
 if __name__ == '__main__':
     sys.exit(main())

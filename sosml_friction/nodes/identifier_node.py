@@ -575,12 +575,8 @@ HELP = NodeHelp(
     '--ros-args -p trajectory:=slow_ladder -p centre:=[-1.57,1.2]',
     PARAMETERS,
 )
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node; the exit code is 0 after a signal, 2 if the configuration cannot work."""
-    return run_node(IdentifierNode, args, HELP)
-
+#: Run the program; return its exit code.
+main = partial(run_node, IdentifierNode, help_=HELP)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -116,15 +116,11 @@ class StartUp:
             self._attempt += 1
             if self._attempt < step.attempts:
                 return
-            check = self._unanswered(step)
+            silent = Check(self.joint, step.name, 'no answer', problem=self._silence)
+            check = silent if step.unanswered is None else step.unanswered()
         else:
             check = step.check()
         self._attempt = 0
         del self._steps[0]
         if check is not None:
             self.checks.append(check)
-
-    def _unanswered(self, step: Step) -> Check | None:
-        if step.unanswered is not None:
-            return step.unanswered()
-        return Check(self.joint, step.name, 'no answer', problem=self._silence)

@@ -45,10 +45,6 @@ class FaultKind:
     arguments: tuple[FaultArgument, ...] = ()
     event: bool = False
 
-    def argument(self, name: str) -> FaultArgument | None:
-        """Return the argument called ``name``, or None."""
-        return next((own for own in self.arguments if own.name == name), None)
-
 
 #: Share of the frames that a fault meets, which frames these are, and how long an actuator does
 #: not answer [s].
@@ -141,11 +137,12 @@ def parse_fault(text: str, joints: Sequence[str]) -> Fault:
             f'there is no fault {name!r}: use one of {", ".join(_BY_NAME)}, as in drop '
             'joint=shoulder fraction=0.5'
         )
-    given: dict[str, float | str] = {own.name: own.default for own in kind.arguments}
+    arguments = {own.name: own for own in kind.arguments}
+    given: dict[str, float | str] = {key: own.default for key, own in arguments.items()}
     joint = ''
     for word in words:
         key, _, value = word.partition('=')
-        argument = kind.argument(key)
+        argument = arguments.get(key)
         if key == 'joint' and kind.place is not FaultPlace.BUS:
             if value not in joints:
                 raise ConfigurationError(
@@ -153,8 +150,7 @@ def parse_fault(text: str, joints: Sequence[str]) -> Fault:
                 )
             joint = value
         elif argument is None:
-            known = [own.name for own in kind.arguments]
-            known += [] if kind.place is FaultPlace.BUS else ['joint']
+            known = [*arguments, *([] if kind.place is FaultPlace.BUS else ['joint'])]
             raise ConfigurationError(
                 f'fault {name} has no argument {word!r}: it takes {", ".join(known) or "none"}'
             )
