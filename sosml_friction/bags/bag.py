@@ -465,15 +465,16 @@ class Bag:
                 what = f'{len(names)} joint names and {odd[0]}'
             else:
                 continue
-            problem = row, self._contradiction(topic, int(found.t_ns[row]), what)
+            stamp = int(found.t_ns[row])
+            problem = (
+                row,
+                BagError(
+                    f'{topic} in {self.path} at stamp {stamp} ns has {what}: each joint needs one '
+                    'name and one value, or the array must be empty; correct its publisher'
+                ),
+            )
         if problem is not None:
             raise problem[1]
-
-    def _contradiction(self, topic: str, t_ns: int, what: str) -> BagError:
-        return BagError(
-            f'{topic} in {self.path} at stamp {t_ns} ns has {what}: each joint needs one name and '
-            'one value, or the array must be empty; correct its publisher'
-        )
 
     def _temperatures(
         self, joint_topic: str, explicit: bool, t_ns: IndexArray, names: tuple[str, ...]

@@ -508,9 +508,6 @@ class DriverNode(LifecycleNode):
             self.get_logger().fatal(self._ended)
             self.trigger_deactivate()
 
-    def _stands_still(self, thread: CycleThread) -> bool:
-        return self._cycle_clock.now_ns() - thread.last_cycle_ns > HANG_NS
-
     def _statuses(
         self, driver: JointDriver, report: DriverReport, thread: CycleThread | None
     ) -> list[DiagnosticStatus]:
@@ -518,7 +515,7 @@ class DriverNode(LifecycleNode):
             level, text = ERROR, self._ended
         elif report.state is DriverState.FAULT:
             level, text = ERROR, report.reason
-        elif thread is not None and self._stands_still(thread):
+        elif thread and self._cycle_clock.now_ns() - thread.last_cycle_ns > HANG_NS:
             level, text = ERROR, 'the cycle hangs in the bus: the torque is what it was'
         elif self._refused_trajectory:
             level, text = WARN, f'trajectory refused: {self._refused_trajectory}'

@@ -219,10 +219,11 @@ class BusCycle:
         return True
 
     def _be_patient(self, request: Request) -> None:
-        until_ns = self._clock.now_ns() + request.patience_ns
-        for actuator in self._actuators.values():
-            if actuator.reply_id == _reply_id(request.key):
-                self._patient[request.key] = until_ns, actuator
+        # A key begins with the identifier of the reply.
+        reply_id = request.key[0] if isinstance(request.key, tuple) else None
+        if reply_id in self._actuators:
+            until_ns = self._clock.now_ns() + request.patience_ns
+            self._patient[request.key] = until_ns, self._actuators[reply_id]
 
     def _collect(self, pending: dict[Hashable, Request], deadline_ns: int) -> set[Hashable]:
         missing: set[Hashable] = set()
@@ -313,7 +314,3 @@ class BusCycle:
             self._off = False
         elif self.trouble & BusTrouble.BUS_OFF:
             self._off = True
-
-
-def _reply_id(key: Hashable) -> object:
-    return key[0] if isinstance(key, tuple) and key else None

@@ -197,7 +197,7 @@ class RecordedColumns:
                 content['time']['nanoseconds'] = self._variable(self.time.nanoseconds)
         else:
             content['sample_rate'] = FILL_IN
-            why = self._unread_time() or self.time.reason
+            why = next(iter(self._unread('time')), self.time.reason)
             ask = f'give the samples per second, {self._stated_rate() or "or --rate HZ"}'
             reasons['sample_rate'] = f'{why}: {ask}'
         self._tell_runs()
@@ -231,10 +231,6 @@ class RecordedColumns:
         with self.data.path.open('rb') as stream:
             lines = stream.read(4096).decode('latin-1').splitlines()
         return next((line.strip() for line in lines if _OF_RATE.fullmatch(line)), '')
-
-    def _unread_time(self) -> str:
-        """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""
-        return next(iter(self._unread('time')), '')
 
     def _unread(self, *quantities: str) -> list[str]:
         """Return why each column that is called one of these cannot be read as numbers."""
@@ -407,7 +403,9 @@ class RecordedColumns:
             if others:
                 why += f', but it is the slope of {others[0]}: look whether columns are swapped'
                 return entry, why
-            if self._moves(position) and velocity in self.moving:
+            # Noise about a place is no motion.
+            moves = self.rough.get(position, math.inf) < _ROUGH
+            if moves and velocity in self.moving:
                 entry['scale'] = FILL_IN
                 return entry, (
                     f'{why}, but it is not the slope of {position}; a scale says that it is right '
@@ -439,10 +437,6 @@ class RecordedColumns:
             f'{told}: no unit explains it; a scale of {per:.4g} makes it the slope; without this '
             'line the velocity comes from position'
         )
-
-    def _moves(self, position: str) -> bool:
-        """Tell whether a position is more than noise about a place."""
-        return self.rough.get(position, math.inf) < _ROUGH
 
     def _remark(self, sentence: str) -> None:
         if sentence not in self.result.remarks:

@@ -90,11 +90,11 @@ class _StatedColumns(Guesser):
             )
         self._put_time()
         if self.rate is None and not self.time.unit:
-            why = '' if self.time.name else self._unread_time()
+            if not self.time.name and (unread := self._unread('time')):
+                raise DataError(unread[0])
             raise DataError(
-                why
-                or f'{self.data.path}: {self.time.reason}: say which column is time and its unit, '
-                'as --time NAME:ms, or how many samples a second has, '
+                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
+                '--time NAME:ms, or how many samples a second has, '
                 + (self._stated_rate() or 'as --rate 500')
             )
         time = self.series.get(self.time.name, np.zeros(1))
