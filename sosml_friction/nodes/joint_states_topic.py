@@ -19,7 +19,13 @@ _TOPIC = 'joint_states'
 
 
 class JointStatesTopic:
-    """Subscribe to joint_states: ``take`` each message, ``lose`` as many as DDS says it lost."""
+    """
+    Subscribe to joint_states.
+
+    :param reliability: of :data:`~sosml_friction.nodes.observer_parameters.RELIABILITIES`.
+    :param take: is called with each message.
+    :param lose: is called with the number of messages that DDS lost.
+    """
 
     def __init__(
         self,

@@ -54,9 +54,11 @@ class _Estimate(NamedTuple):
 
 class ObserverHealth:
     """
-    Judge the last second of an observer of ``joints``.
+    Judge the last second of an observer.
 
     Times ``now_s`` are of a clock that always goes forwards; the stamps of the messages may not.
+
+    :param joints: that are observed.
     """
 
     def __init__(self, joints: Sequence[str]) -> None:
@@ -101,7 +103,11 @@ class ObserverHealth:
         self._events.extend([(now_s, kind)] * count)
 
     def judge(self, now_s: float, gap_s: float) -> list[Said]:
-        """Return what is to be said of the observers, then of each joint; ``gap_s`` is no gap."""
+        """
+        Return what is to be said: first of the observers as a whole, then of each joint.
+
+        :param gap_s: the longest interval that is no gap.
+        """
         self._forget(now_s)
         values = self._values()
         others = ''

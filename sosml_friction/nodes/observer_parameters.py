@@ -149,7 +149,11 @@ def parameters() -> tuple[ParameterSpec, ...]:
 
 
 def configuration_of(p: Mapping[str, Any], robot: Robot) -> ObserverConfiguration:
-    """Return the observers and gains that parameters ``p`` state for a robot."""
+    """
+    Return the observers and gains that parameters ``p`` state for a robot.
+
+    :raises ConfigurationError: if one does not fit the robot, or gains are lacking.
+    """
     if p['configuration']:
         return _recorded(Path(p['configuration']))
     recipe = recipe_gains(
