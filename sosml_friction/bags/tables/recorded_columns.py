@@ -4,7 +4,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -264,16 +264,16 @@ class RecordedColumns:
         velocity = self.roles[joint].get('velocity')
         slope = self._slope(name, velocity)
         if slope is not None and velocity and self.words[velocity].is_unit_written:
-            si = UNITS['velocity'].get(self.words[velocity].unit)
-            slides = self.words[velocity].unit in LINEAR_UNITS
-            for unit in USUAL_POSITIONS:
-                factor = UNITS['position'][unit]
-                is_kind = slides == (unit in LINEAR_UNITS)
-                if si and factor and is_kind and agree(slope.factor * factor, si):
-                    return unit, f'its slope is {velocity} in {self.words[velocity].unit}'
+            written = self.words[velocity].unit
+            fitting = _units_of_slope(slope.factor, (written,), SAME)
+            if fitting:
+                return fitting[0], f'its slope is {velocity} in {written}'
+        kind = self.kinds.get(joint)
         is_timed = bool(self.time.unit) or self.rate is not None
         if slope is not None and velocity and is_timed and not self.words[velocity].unit:
-            fitting = self._units_by_slope(self.kinds.get(joint), slope.factor)
+            fitting = _units_of_slope(slope.factor, USUAL_VELOCITIES, _SURELY_SAME)
+            if kind is not None:
+                fitting = [u for u in fitting if (u in LINEAR_UNITS) == (kind == 'prismatic')]
             if len(fitting) == 1:
                 return fitting[0], f'only of {fitting[0]} {velocity} is the slope in a usual unit'
         spans = {
@@ -281,7 +281,6 @@ class RecordedColumns:
             for j, r in self.roles.items()
             if r['position'] in self.moving
         }
-        kind = self.kinds.get(joint)
         span = spans.get(joint, 0.0) if kind == 'prismatic' else max(spans.values(), default=0.0)
         if kind == 'prismatic':
             return ('m', 'it slides in the URDF') if span < 5.0 else ('mm', f'it moves {span:.3g}')
@@ -309,20 +308,6 @@ class RecordedColumns:
         """Return how far from 0 a position without a unit is, moving or not."""
         values = np.abs(self.series[position][np.isfinite(self.series[position])])
         return 0.0 if self.words[position].unit else float(np.max(values, initial=0.0))
-
-    def _units_by_slope(self, kind: str | None, factor: float) -> list[str]:
-        """Return the units of position whose slope, by a factor, is a velocity in a usual unit."""
-        fitting = []
-        for unit in USUAL_POSITIONS:
-            slides = unit in LINEAR_UNITS
-            speeds = [
-                UNITS['velocity'][u] for u in USUAL_VELOCITIES if (u in LINEAR_UNITS) == slides
-            ]
-            own = factor * (UNITS['position'][unit] or 0.0)
-            is_kind = kind is None or (kind == 'prismatic') == slides
-            if is_kind and any(si and abs(own / si - 1.0) < _SURELY_SAME for si in speeds):
-                fitting.append(unit)
-        return fitting
 
     def _wrap(self, name: str, unit: str = '') -> float | None:
         return recognised_wrap(self.t, self.series[name].astype(np.float64), unit)
@@ -454,6 +439,18 @@ class RecordedColumns:
         return told
 
 
-def agree(one: float, other: float) -> bool:
+def agree(one: float, other: float, share: float = SAME) -> bool:
     """Tell whether two figures are close enough for one quantity in one unit."""
-    return abs(one - other) <= SAME * abs(other)
+    return abs(one - other) <= share * abs(other)
+
+
+def _units_of_slope(factor: float, velocities: Sequence[str], share: float) -> list[str]:
+    """Return the units of position whose slope, by a factor, is in one of these of velocity."""
+    pairs = [
+        (unit, factor * (UNITS['position'][unit] or 0.0), UNITS['velocity'].get(own))
+        for unit in USUAL_POSITIONS
+        for own in velocities
+        if (unit in LINEAR_UNITS) == (own in LINEAR_UNITS)
+    ]
+    found = (unit for unit, speed, si in pairs if si and agree(speed, si, share))
+    return list(dict.fromkeys(found))
