@@ -245,34 +245,21 @@ class DriverNode(LifecycleNode):
     def _create_entities(
         self, configuration: DriverConfiguration, urdf: str, controllers: str
     ) -> None:
-        self._joint_states = self.create_lifecycle_publisher(
-            JointState, 'joint_states', JOINT_STATES
-        )
-        self._temperatures = self.create_lifecycle_publisher(Temperature, 'joint_temperatures', 10)
-        description = self.create_publisher(String, 'robot_description', LATCHED)
-        controller = self.create_publisher(String, CONTROLLER_TOPIC, LATCHED)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        services = (
-            self.create_service(SetBool, '~/enable', self._on_enable),
-            self.create_service(Trigger, '~/stop', self._on_stop),
-        )
-        subscription = self.create_subscription(
-            JointTrajectoryMessage, 'joint_trajectory', self._on_trajectory, 10
-        )
-        timers = (
-            self.create_timer(1.0, self._on_timer),
-            self.create_timer(HEARTBEAT_PERIOD, self._on_heartbeat),
-        )
-        self._entities = [
-            (self.destroy_lifecycle_publisher, self._joint_states),
-            (self.destroy_lifecycle_publisher, self._temperatures),
-            (self.destroy_publisher, description),
-            (self.destroy_publisher, controller),
-            (self.destroy_publisher, self._diagnostics),
-            *((self.destroy_service, service) for service in services),
-            (self.destroy_subscription, subscription),
-            *((self.destroy_timer, timer) for timer in timers),
-        ]
+        def make(kind: str, *what: Any) -> Any:
+            entity = getattr(self, f'create_{kind}')(*what)
+            self._entities.append((getattr(self, f'destroy_{kind}'), entity))
+            return entity
+
+        self._joint_states = make('lifecycle_publisher', JointState, 'joint_states', JOINT_STATES)
+        self._temperatures = make('lifecycle_publisher', Temperature, 'joint_temperatures', 10)
+        description = make('publisher', String, 'robot_description', LATCHED)
+        controller = make('publisher', String, CONTROLLER_TOPIC, LATCHED)
+        self._diagnostics = make('publisher', DiagnosticArray, '/diagnostics', 10)
+        make('service', SetBool, '~/enable', self._on_enable)
+        make('service', Trigger, '~/stop', self._on_stop)
+        make('subscription', JointTrajectoryMessage, 'joint_trajectory', self._on_trajectory, 10)
+        make('timer', 1.0, self._on_timer)
+        make('timer', HEARTBEAT_PERIOD, self._on_heartbeat)
         self._action = FollowAction.offer(self, self)
         self._message = JointState(name=list(configuration.names))
         self.description = urdf
