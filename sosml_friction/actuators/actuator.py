@@ -164,7 +164,11 @@ class Actuator(ABC):
 
     @classmethod
     def scan(cls, inquiry: Inquiry) -> list[FoundActuator]:
-        """Ask, on a bus where nobody drives, who of this type is there; command none."""
+        """
+        Ask, on a bus where nobody drives, who of this type is there; command none.
+
+        By default nobody is asked: a type may have no question that changes nothing.
+        """
         return []
 
     # ---- what it says of itself

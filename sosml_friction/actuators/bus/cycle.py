@@ -49,7 +49,11 @@ def trouble_names(trouble: BusTrouble) -> str:
 
 
 def is_transmit_full(error: BaseException) -> bool:
-    """Tell whether a send failed by a full transmit buffer: the bus is there, and is full."""
+    """
+    Tell whether a failed send means "transmit buffer full": the bus is there, but does not take.
+
+    python-can raises it with an errno (ENOBUFS), or by words alone when its own wait timed out.
+    """
     code = getattr(error, 'error_code', None)
     if code is None and isinstance(error, OSError):
         code = error.errno
