@@ -18,7 +18,6 @@ import numpy as np
 from mcap.records import Channel, Schema
 
 from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.bags.bag_files import mcap_files
 from sosml_friction.bags.bag_metadata import (
     CHECKSUM,
     METADATA,
@@ -151,7 +150,7 @@ class Bag:
             weakref.finalize(bag, shutil.rmtree, place, ignore_errors=True)
             bag.path = path
             return bag
-        files = mcap_files(path)
+        files = _mcap_files(path)
         for file in files:
             refuse_stand_in(file)
         regions: list[Region] = []
@@ -195,13 +194,8 @@ class Bag:
         """Yield (log_time_ns, CDR bytes) of each message of a topic, given by its whole name."""
         entry = self._topics[self._known(topic)]
         with closing(MessageStore(self._regions)) as store:
-            for log_time_ns, region, offset, length in zip(
-                entry.log_time_ns.tolist(),
-                entry.region.tolist(),
-                entry.offset.tolist(),
-                entry.length.tolist(),
-                strict=True,
-            ):
+            columns = [column.tolist() for column in (entry.log_time_ns, *entry.places)]
+            for log_time_ns, region, offset, length in zip(*columns, strict=True):
                 yield log_time_ns, store.fetch(region, offset, length)
 
     def timeline(self) -> Iterator[tuple[str, int, bytes]]:
@@ -212,10 +206,8 @@ class Bag:
         """Yield (topic, log_time_ns, publish_time_ns, CDR bytes) in log time order."""
         names = list(self._topics)
         entries = list(self._topics.values())
-        log_times = np.concatenate([entry.log_time_ns for entry in entries])
-        regions = np.concatenate([entry.region for entry in entries])
-        offsets = np.concatenate([entry.offset for entry in entries])
-        lengths = np.concatenate([entry.length for entry in entries])
+        columns = zip(*((entry.log_time_ns, *entry.places) for entry in entries), strict=True)
+        log_times, regions, offsets, lengths = map(np.concatenate, columns)
         which = np.repeat(np.arange(len(entries)), [len(entry) for entry in entries])
         # Equal log times keep the order of the file.
         order = np.lexsort((offsets, regions, log_times))
@@ -343,7 +335,7 @@ class Bag:
             return None
         self._require_type(topic, STRING)
         entry = self._decodable(topic)
-        place = (int(column[-1]) for column in (entry.region, entry.offset, entry.length))
+        place = (int(column[-1]) for column in entry.places)
         with closing(MessageStore(self._regions)) as store:
             last = store.fetch(*place)
         # Without rclpy, which takes longer to import than many a bag to read.
@@ -431,8 +423,7 @@ class Bag:
             return self._decode(topic, int(entry.log_time_ns[row]), cdr)
 
         with closing(MessageStore(self._regions)) as store:
-            places = entry.region, entry.offset, entry.length
-            found = read_joint_states(store, places, quantities, decode)
+            found = read_joint_states(store, entry.places, quantities, decode)
         self._refuse_contradictions(topic, found)
         if len(entry) > 1 and not found.t_ns.any():
             raise BagError(
@@ -510,6 +501,34 @@ class Bag:
             known = last >= 0
             temperature[known, i] = celsius[order][last[known]]
         return temperature
+
+
+def _mcap_files(path: Path) -> list[Path]:
+    """Return the MCAP files of a bag in the order they were recorded, at least one."""
+    if not path.exists():
+        raise BagError(f'{path} does not exist: give a bag folder or file')
+    if path.is_file():
+        return [path]
+    try:
+        names = sorted(file.name for file in path.iterdir() if file.is_file())
+    except OSError as error:
+        raise BagError(f'{path} cannot be read: {error.strerror}') from error
+    files = [name for name in names if name.endswith('.mcap')]
+    if files:
+        # name_2.mcap comes before name_10.mcap.
+        files.sort(
+            key=lambda name: [int(p) if p.isdigit() else p for p in re.split(r'(\d+)', name)]
+        )
+        return [path / name for name in files]
+    packed = [name for name in names if name.endswith(('.mcap.zstd', '.db3.zstd'))]
+    if packed:
+        raise BagError(
+            f'{path} holds compressed files only ({packed[0]}): unpack them with `zstd -d`, or '
+            'record with --storage-preset-profile zstd_fast, which is read directly'
+        )
+    raise BagError(
+        f'{path} is no bag: the folder holds no .mcap or .db3 file; give the folder of one bag'
+    )
 
 
 def _information(path: Path, scans: Sequence[McapScan]) -> tuple[list[dict[Any, Any]], list[str]]:

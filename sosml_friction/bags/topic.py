@@ -29,6 +29,11 @@ class Topic:
     def __len__(self) -> int:
         return len(self.log_time_ns)
 
+    @property
+    def places(self) -> tuple[IndexArray, IndexArray, IndexArray]:
+        """Return region, offset and length of each message."""
+        return self.region, self.offset, self.length
+
 
 def merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, Topic]:
     """Join the channels of all files that carry the same topic; two types are a BagError."""

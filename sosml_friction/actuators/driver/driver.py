@@ -52,8 +52,8 @@ class JointDriver:
     and position actuators are off.
 
     A fault sets all of them back to that and is latched with its reason until the next
-    :meth:`enable`. docs/driver.md says what a fault is, and how a lost bus comes back. As a
-    context manager it ends in :meth:`shut_down`. ``checks``: what the last whole start-up found.
+    :meth:`enable`. docs/driver.md says what a fault is, and how a lost bus comes back. ``checks``:
+    what the last whole start-up found.
 
     :param robot: the nominal model, joints in the order of the configuration; this object alone
         may use it.
@@ -99,12 +99,6 @@ class JointDriver:
     def bus(self) -> can.BusABC:
         """Return the bus in use: after a recovery it may be another one."""
         return self._bus.cycle.bus
-
-    def __enter__(self) -> JointDriver:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.shut_down()
 
     # ---- what is asked of it
 

@@ -34,11 +34,6 @@ _FAR = 2.0 * _RAD_SPAN[1]
 _UNIT_OF_WRAP = {
     2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
 }  # fmt: skip
-#: Unit of velocity that goes with one of position, where nothing tells another.
-_SLOPES = {
-    'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s', 'mrad': 'mrad/s',
-    'cm': 'cm/s', 'in': 'in/s',
-}  # fmt: skip
 #: Units that the numbers alone may tell; of others the name or the user says that it is them.
 USUAL_POSITIONS = ('rad', 'deg', 'turns', 'm', 'mm')
 USUAL_VELOCITIES = ('rad/s', 'deg/s', 'rpm', 'turns/s', 'm/s', 'mm/s')
@@ -380,9 +375,11 @@ class RecordedColumns:
         entry: dict[str, Any] = {'variable': self._variable(velocity)}
         slope = self._slope(position, velocity)
         written = self.words[velocity].unit
+        # What goes with the unit of position, where nothing tells another.
+        usual = f'{unit}/s' if UNITS['velocity'].get(f'{unit}/s') else FILL_IN
         si = UNITS['position'].get(unit)
         if slope is None:
-            entry['unit'] = written or _SLOPES.get(unit, FILL_IN)
+            entry['unit'] = written or usual
             why = self.why.get(velocity, 'its place says so')
             others = [s.position for s in self.slopes if s.velocity == velocity and s.cosine > 0.0]
             if others:
@@ -400,7 +397,7 @@ class RecordedColumns:
             return entry, f'{why}; {rests}'
         told = f'slope of {position}, cosine {slope.cosine:.4f}, by a factor of {slope.factor:.4g}'
         if not self.time.unit and self.rate is None:
-            entry['unit'] = written or _SLOPES.get(unit, FILL_IN)
+            entry['unit'] = written or usual
             return entry, f'slope of {position}, cosine {slope.cosine:.4f}, in an unknown time'
         if si is None:
             is_of_counts = unit == 'counts' and agree(slope.factor, 1.0)
