@@ -40,11 +40,8 @@ class Actuator(ABC):
     before the wire. ``timeouts`` counts how often the actuator said that it got no command for
     the time of its own watchdog, ``restarts`` how often it was switched on anew.
 
-    :param rate: of the cycle [Hz].
+    :param rate: of the cycle [Hz]; ``stop_deceleration`` [rad/s^2 or m/s^2].
     :param margin: how far outside its limits the joint may be [rad or m].
-    :param stop_deceleration: [rad/s^2 or m/s^2].
-    :raises TypeError: for a class that does not say what it must.
-    :raises ConfigurationError: for one that takes another's name.
     """
 
     configuration_type: ClassVar[type[JointConfiguration]]
@@ -68,12 +65,7 @@ class Actuator(ABC):
 
     @staticmethod
     def kind(driver: object, key: str = 'driver') -> type[Actuator]:
-        """
-        Return the type called ``driver``.
-
-        :param key: the parameter that names it.
-        :raises ConfigurationError: if there is none, with those there are.
-        """
+        """Return the type called ``driver``; the parameter ``key`` names it."""
         kinds = Actuator.registry
         if not isinstance(driver, str) or driver not in kinds:
             raise ConfigurationError(f'{key} is {driver!r}: use one of {", ".join(kinds)}')
@@ -121,8 +113,8 @@ class Actuator(ABC):
         """
         Return the steps that tell whether the joint may be enabled; nothing here moves it.
 
-        :param read_only: write nothing, whatever the configuration asks for.
-        :param watchdog: judge the actuator's own watchdog as well, which takes a second.
+        ``read_only`` writes nothing, whatever the configuration asks for. To judge the actuator's
+        own ``watchdog`` as well takes a second.
         """
 
     @abstractmethod
@@ -131,11 +123,7 @@ class Actuator(ABC):
 
     @abstractmethod
     def command(self, setpoint: Setpoint, now_ns: int) -> list[Request]:
-        """
-        Return the cycle's requests while the joint is driven.
-
-        :raises CanProtocolError: if the value it uses is not finite.
-        """
+        """Return the cycle's requests while the joint is driven; a value must be finite."""
 
     @abstractmethod
     def observe(self, now_ns: int) -> list[Request]:
@@ -151,20 +139,11 @@ class Actuator(ABC):
 
     @abstractmethod
     def key(self, frame: Frame) -> Hashable:
-        """
-        Return the key of the request that ``frame``, from :attr:`reply_id`, answers.
-
-        :raises CanProtocolError: if it is none of its replies.
-        """
+        """Return the key of the request that ``frame``, from :attr:`reply_id`, answers."""
 
     @abstractmethod
     def accept(self, frame: Frame, stamp_ns: int) -> None:
-        """
-        Take a reply into :attr:`measurement`.
-
-        :param stamp_ns: when it was received [ns].
-        :raises CanProtocolError: if it cannot be decoded.
-        """
+        """Take a reply, received at ``stamp_ns`` [ns], into :attr:`measurement`."""
 
     def unsolicited(self, frame: Frame) -> bool:
         """Take a frame the actuator sends by itself; return whether it is one."""
@@ -237,11 +216,7 @@ class Actuator(ABC):
         )
 
     def doubt(self, v: float = math.nan, step: float = 0.0, seconds: float = 0.0) -> str:
-        """
-        Return why its measurement cannot be true if that lasts, '' if nothing speaks against.
-
-        The arguments are those of :meth:`Plausibility.doubt`.
-        """
+        """Return why its measurement cannot be true; see :meth:`Plausibility.doubt`."""
         doubt = self._plausibility.doubt(self.measurement, v, step, seconds)
         return f'joint {self.name} {doubt}' if doubt else ''
 

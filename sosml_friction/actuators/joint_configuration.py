@@ -34,8 +34,6 @@ class JointConfiguration(ABC):
     With i its current and x its position, both in its own direction: tau = direction *
     torque_constant * i [Nm or N] and q = direction * x + zero_offset [rad or m]. A subclass adds
     the parameters of one type of actuator, whose name in a parameter file is ``driver``.
-
-    :raises ConfigurationError: if a value does not fit.
     """
 
     driver: ClassVar[str]
@@ -68,21 +66,13 @@ class JointConfiguration(ABC):
             )
 
     def require(self, *keys: str) -> None:
-        """
-        Refuse parameters without a value within their bounds.
-
-        :raises ConfigurationError: with the name of the first.
-        """
+        """Refuse, with a ConfigurationError, parameters without a value within their bounds."""
         for key in keys:
             require_bounds(self, key, f'{self.name}.')
 
     @abstractmethod
     def check_drive(self) -> None:
-        """
-        Refuse what is enough to mount an actuator but not to drive it.
-
-        :raises ConfigurationError: with what is missing.
-        """
+        """Refuse what is enough to mount an actuator but not to drive it."""
 
     @abstractmethod
     def loop(self, limits: JointLimits) -> HostLoop | str:

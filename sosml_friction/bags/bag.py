@@ -9,6 +9,7 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,24 +18,24 @@ import numpy as np
 from mcap.records import Channel, Schema
 
 from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.bags.bag_files import mcap_files
 from sosml_friction.bags.bag_metadata import (
+    CHECKSUM,
     METADATA,
     as_mapping,
     read_metadata,
     refuse_compressed_messages,
+    text_checksum,
 )
 from sosml_friction.bags.chunk_data import Region
 from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_state_layout import FIELDS
 from sosml_friction.bags.joint_states import JointStates, read_joint_states
 from sosml_friction.bags.mcap_scan import McapScan, scan
-from sosml_friction.bags.message_store import open_store
-from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
+from sosml_friction.bags.message_definitions import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
+from sosml_friction.bags.message_store import MessageStore
 from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 from sosml_friction.bags.serialization import deserialize, plain_string, plain_temperature
 from sosml_friction.bags.stand_in import refuse_stand_in
-from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.bags.topic import Topic, merge_topics
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import BagError, ConfigurationError
@@ -149,7 +150,7 @@ class Bag:
             weakref.finalize(bag, shutil.rmtree, place, ignore_errors=True)
             bag.path = path
             return bag
-        files = mcap_files(path)
+        files = _mcap_files(path)
         for file in files:
             refuse_stand_in(file)
         regions: list[Region] = []
@@ -190,20 +191,11 @@ class Bag:
         return (self.end_ns - self.start_ns) * 1e-9
 
     def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
-        """
-        Yield (log_time_ns, CDR bytes) of each message of a topic, given by its whole name.
-
-        :raises BagError: if the bag does not have the topic.
-        """
+        """Yield (log_time_ns, CDR bytes) of each message of a topic, given by its whole name."""
         entry = self._topics[self._known(topic)]
-        with open_store(self._regions) as store:
-            for log_time_ns, region, offset, length in zip(
-                entry.log_time_ns.tolist(),
-                entry.region.tolist(),
-                entry.offset.tolist(),
-                entry.length.tolist(),
-                strict=True,
-            ):
+        with closing(MessageStore(self._regions)) as store:
+            columns = [column.tolist() for column in (entry.log_time_ns, *entry.places)]
+            for log_time_ns, region, offset, length in zip(*columns, strict=True):
                 yield log_time_ns, store.fetch(region, offset, length)
 
     def timeline(self) -> Iterator[tuple[str, int, bytes]]:
@@ -214,14 +206,12 @@ class Bag:
         """Yield (topic, log_time_ns, publish_time_ns, CDR bytes) in log time order."""
         names = list(self._topics)
         entries = list(self._topics.values())
-        log_times = np.concatenate([entry.log_time_ns for entry in entries])
-        regions = np.concatenate([entry.region for entry in entries])
-        offsets = np.concatenate([entry.offset for entry in entries])
-        lengths = np.concatenate([entry.length for entry in entries])
+        columns = zip(*((entry.log_time_ns, *entry.places) for entry in entries), strict=True)
+        log_times, regions, offsets, lengths = map(np.concatenate, columns)
         which = np.repeat(np.arange(len(entries)), [len(entry) for entry in entries])
         # Equal log times keep the order of the file.
         order = np.lexsort((offsets, regions, log_times))
-        with open_store(self._regions) as store:
+        with closing(MessageStore(self._regions)) as store:
             for i in order.tolist():
                 # The time of publication stands before the message.
                 start, length = int(offsets[i]) - 8, int(lengths[i]) + 8
@@ -230,11 +220,7 @@ class Bag:
                 yield names[which[i]], int(log_times[i]), published, message[8:]
 
     def decoded(self, topic: str) -> Iterator[tuple[int, Any]]:
-        """
-        Yield (log_time_ns, message) of each message of a topic, given by its whole name.
-
-        :raises BagError: if the bag does not have the topic or a message cannot be decoded.
-        """
+        """Yield (log_time_ns, message) of each message of a topic, given by its whole name."""
         name = self._known(topic)
         self._decodable(name)
         for log_time_ns, cdr in self.messages(name):
@@ -281,8 +267,6 @@ class Bag:
 
         They are the JointState messages of ``controller_reference``; one that wraps is made
         continuous.
-
-        :raises BagError: if several topics end so, or a message contradicts itself.
         """
         found = self._series('controller_reference', 'position')
         if found is None:
@@ -297,8 +281,6 @@ class Bag:
 
         They are the JointState messages of ``injected_effort``; None if none are recorded. A joint
         without such a signal has NaN.
-
-        :raises BagError: if several topics end so, or a message contradicts itself.
         """
         return self._series('injected_effort', 'effort')
 
@@ -313,11 +295,7 @@ class Bag:
         return t_ns, names, values
 
     def trajectories(self) -> list[WantedMotion]:
-        """
-        Return the messages of ``joint_trajectory`` in the order they were recorded.
-
-        :raises BagError: if several topics end so, or a message contradicts itself.
-        """
+        """Return the messages of ``joint_trajectory`` in the order they were recorded."""
         topic = self._find('joint_trajectory')
         if topic is None:
             return []
@@ -351,18 +329,14 @@ class Bag:
         return found
 
     def text(self, topic_suffix: str) -> str | None:
-        """
-        Return the last text on a String topic such as robot_description, or None.
-
-        :raises BagError: if several topics end so, or the topic is not a String.
-        """
+        """Return the last text on a String topic such as robot_description, or None."""
         topic = self._find(topic_suffix)
         if topic is None:
             return None
         self._require_type(topic, STRING)
         entry = self._decodable(topic)
-        place = (int(column[-1]) for column in (entry.region, entry.offset, entry.length))
-        with open_store(self._regions) as store:
+        place = (int(column[-1]) for column in entry.places)
+        with closing(MessageStore(self._regions)) as store:
             last = store.fetch(*place)
         # Without rclpy, which takes longer to import than many a bag to read.
         text = plain_string(last)
@@ -374,17 +348,13 @@ class Bag:
         """Return the topics of the chosen namespace, or all."""
         if self._namespace is None:
             return self._topics
-        if self._namespace == '/':
-            # The robot at the root: its own topics and their branches, no other namespace.
-            return {
-                name: entry
-                for name, entry in self._topics.items()
-                if name.count('/') == 1 or name.startswith('/friction_estimate/')
-            }
+        # The robot at the root: its own topics and their branches, no other namespace.
+        is_root = self._namespace == '/'
+        begin = '/friction_estimate/' if is_root else f'{self._namespace}/'
         return {
             name: entry
             for name, entry in self._topics.items()
-            if name.startswith(self._namespace + '/')
+            if name.startswith(begin) or (is_root and name.count('/') == 1)
         }
 
     def _find(self, suffix: str) -> str | None:
@@ -452,9 +422,8 @@ class Bag:
         def decode(row: int, cdr: bytes) -> Any:
             return self._decode(topic, int(entry.log_time_ns[row]), cdr)
 
-        with open_store(self._regions) as store:
-            places = entry.region, entry.offset, entry.length
-            found = read_joint_states(store, places, quantities, decode)
+        with closing(MessageStore(self._regions)) as store:
+            found = read_joint_states(store, entry.places, quantities, decode)
         self._refuse_contradictions(topic, found)
         if len(entry) > 1 and not found.t_ns.any():
             raise BagError(
@@ -487,15 +456,16 @@ class Bag:
                 what = f'{len(names)} joint names and {odd[0]}'
             else:
                 continue
-            problem = row, self._contradiction(topic, int(found.t_ns[row]), what)
+            stamp = int(found.t_ns[row])
+            problem = (
+                row,
+                BagError(
+                    f'{topic} in {self.path} at stamp {stamp} ns has {what}: each joint needs one '
+                    'name and one value, or the array must be empty; correct its publisher'
+                ),
+            )
         if problem is not None:
             raise problem[1]
-
-    def _contradiction(self, topic: str, t_ns: int, what: str) -> BagError:
-        return BagError(
-            f'{topic} in {self.path} at stamp {t_ns} ns has {what}: each joint needs one name and '
-            'one value, or the array must be empty; correct its publisher'
-        )
 
     def _temperatures(
         self, joint_topic: str, explicit: bool, t_ns: IndexArray, names: tuple[str, ...]
@@ -531,6 +501,34 @@ class Bag:
             known = last >= 0
             temperature[known, i] = celsius[order][last[known]]
         return temperature
+
+
+def _mcap_files(path: Path) -> list[Path]:
+    """Return the MCAP files of a bag in the order they were recorded, at least one."""
+    if not path.exists():
+        raise BagError(f'{path} does not exist: give a bag folder or file')
+    if path.is_file():
+        return [path]
+    try:
+        names = sorted(file.name for file in path.iterdir() if file.is_file())
+    except OSError as error:
+        raise BagError(f'{path} cannot be read: {error.strerror}') from error
+    files = [name for name in names if name.endswith('.mcap')]
+    if files:
+        # name_2.mcap comes before name_10.mcap.
+        files.sort(
+            key=lambda name: [int(p) if p.isdigit() else p for p in re.split(r'(\d+)', name)]
+        )
+        return [path / name for name in files]
+    packed = [name for name in names if name.endswith(('.mcap.zstd', '.db3.zstd'))]
+    if packed:
+        raise BagError(
+            f'{path} holds compressed files only ({packed[0]}): unpack them with `zstd -d`, or '
+            'record with --storage-preset-profile zstd_fast, which is read directly'
+        )
+    raise BagError(
+        f'{path} is no bag: the folder holds no .mcap or .db3 file; give the folder of one bag'
+    )
 
 
 def _information(path: Path, scans: Sequence[McapScan]) -> tuple[list[dict[Any, Any]], list[str]]:

@@ -74,11 +74,7 @@ class JointLog:
         return float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.nan
 
     def require_effort(self) -> None:
-        """
-        Refuse a recording without torque, from which no friction can be told.
-
-        :raises DataError: if the effort of every joint is unknown in every sample.
-        """
+        """Refuse a recording without torque, from which no friction can be told (DataError)."""
         if np.isnan(self.tau).all():
             raise DataError(
                 f'joint_states carries no effort for {", ".join(self.names)}: let the driver fill '
@@ -118,19 +114,11 @@ class JointLog:
         )
 
     def rows(self, rows: IndexArray | BoolArray) -> JointLog:
-        """
-        Return the log of the samples ``rows``, all joints.
-
-        :raises DataError: if there are none.
-        """
+        """Return the log of the samples ``rows``, of which there must be one, all joints."""
         return self.mapped(lambda x: x[rows], t_ns=self.t_ns[rows])
 
     def select(self, names: Sequence[str]) -> JointLog:
-        """
-        Return the log of ``names``, in that order.
-
-        :raises DataError: if a joint is not in the log; the sentence lists those that are.
-        """
+        """Return the log of ``names``, in that order; a joint that it lacks is a DataError."""
         missing = [name for name in names if name not in self.names]
         if missing:
             raise DataError(

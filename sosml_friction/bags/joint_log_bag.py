@@ -26,14 +26,12 @@ def write_joint_log(
     Record ``log`` in the bag ``folder``, with the robot's URDF and model text where given.
 
     A quantity that no joint has in any sample is left out of the messages (empty array). A
-    temperature is written when it changes. Log time is the stamp. ``Bag.open(folder).joint_log()``
-    gives the same log back, bit by bit.
+    temperature is written when it changes. Log time is the stamp, 0 to 2^31 s.
+    ``Bag.open(folder).joint_log()`` gives the same log back, bit by bit.
 
     :param reference: wanted positions (N, n) [rad or m], recorded as ``controller_reference``.
     :param injected: efforts (N, n) [Nm or N] that were added to the command of the controllers,
         recorded as ``injected_effort``.
-    :raises BagError: if the folder exists or cannot be written, or a stamp does not fit the
-        message (0 to 2^31 s).
     """
     low, high = int(log.t_ns.min()), int(log.t_ns.max())
     if low < 0 or high >= 2**31 * 1_000_000_000:
@@ -42,7 +40,16 @@ def write_joint_log(
             'start time of the recording'
         )
     stamps = log.t_ns.tolist()
-    quantities = [None if np.isnan(a).all() else a.tolist() for a in (log.q, log.v, log.tau)]
+    # Position, velocity and effort of each topic.
+    signals = {
+        '/joint_states': [
+            None if np.isnan(a).all() else a.tolist() for a in (log.q, log.v, log.tau)
+        ]
+    }
+    if reference is not None:
+        signals['/controller_reference'] = [reference.tolist(), None, None]
+    if injected is not None:
+        signals['/injected_effort'] = [None, None, injected.tolist()]
     temperatures = dict(_temperature_changes(log.temperature))
     temperature = message_class('sensor_msgs/msg/Temperature')()
     text = message_class('std_msgs/msg/String')()
@@ -56,11 +63,8 @@ def write_joint_log(
                 text.data = content
                 recorder.add_topic(topic, 'std_msgs/msg/String')
                 recorder.write(topic, serialize(text), stamps[0])
-        recorder.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
-        if reference is not None:
-            recorder.add_topic('/controller_reference', 'sensor_msgs/msg/JointState')
-        if injected is not None:
-            recorder.add_topic('/injected_effort', 'sensor_msgs/msg/JointState')
+        for topic in signals:
+            recorder.add_topic(topic, 'sensor_msgs/msg/JointState')
         if temperatures:
             recorder.add_topic('/joint_temperatures', 'sensor_msgs/msg/Temperature')
         for k, t_ns in enumerate(stamps):
@@ -71,14 +75,9 @@ def write_joint_log(
                 temperature.header.frame_id = log.names[joint]
                 temperature.temperature = value
                 recorder.write('/joint_temperatures', serialize(temperature), t_ns)
-            values = ([] if quantity is None else quantity[k] for quantity in quantities)
-            recorder.write('/joint_states', serialize_joint_state(t_ns, log.names, *values), t_ns)
-            if reference is not None:
-                wanted = serialize_joint_state(t_ns, log.names, reference[k].tolist(), [], [])
-                recorder.write('/controller_reference', wanted, t_ns)
-            if injected is not None:
-                added = serialize_joint_state(t_ns, log.names, [], [], injected[k].tolist())
-                recorder.write('/injected_effort', added, t_ns)
+            for topic, quantities in signals.items():
+                values = ([] if quantity is None else quantity[k] for quantity in quantities)
+                recorder.write(topic, serialize_joint_state(t_ns, log.names, *values), t_ns)
     return Path(folder)
 
 

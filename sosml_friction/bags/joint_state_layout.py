@@ -27,16 +27,14 @@ class JointStateLayout:
     """
     Hold what two JointState messages share that differ in their numbers alone.
 
-    :param names: of the joints.
-    :param counts: how many values each of :data:`FIELDS` has.
-    :param starts: the byte at which they begin.
-    :param fixed: bytes that are the same in all, where they begin and what they are: lengths and
-        names. Left out are the stamp, the frame_id, the numbers and what fills gaps.
+    ``counts`` of the values of each of :data:`FIELDS`, and the bytes at which these start;
+    ``fixed``: bytes that are the same in all, where they begin and what they are: lengths and
+    names. Left out are the stamp, the frame_id, the numbers and what fills gaps.
     """
 
     names: tuple[str, ...]
-    counts: tuple[int, int, int]
-    starts: tuple[int, int, int]
+    counts: tuple[int, ...]
+    starts: tuple[int, ...]
     fixed: tuple[tuple[int, bytes], ...]
 
     @classmethod
@@ -76,7 +74,7 @@ class JointStateLayout:
             at += 8 * count
         if at > len(cdr):
             raise _UnusualError
-        return cls(tuple(names), _three(counts), _three(starts), tuple(fixed))
+        return cls(tuple(names), tuple(counts), tuple(starts), tuple(fixed))
 
     def shared_by(self, rows: NDArray[np.uint8]) -> BoolArray:
         """Return which messages of this one's length have its layout, (K,); rows (K, length)."""
@@ -114,8 +112,3 @@ def _text(cdr: bytes, at: int) -> int:
 
 def _aligned(at: int, size: int) -> int:
     return at + (_ORIGIN - at) % size
-
-
-def _three(values: list[int]) -> tuple[int, int, int]:
-    position, velocity, effort = values
-    return position, velocity, effort

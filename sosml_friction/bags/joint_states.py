@@ -39,13 +39,7 @@ _Block = tuple[IndexArray, dict[str, FloatArray]]
 
 @dataclass
 class JointStates:
-    """
-    Hold N messages.
-
-    :param t_ns: stamps, (N,) int64 [ns].
-    :param blocks: what there is of each kind of message.
-    :param problem: the first row that is no message, and what is wrong with it.
-    """
+    """Hold N messages: stamps (N,) [ns], blocks by kind, the first row that is none and why."""
 
     t_ns: IndexArray
     blocks: dict[Kind, list[_Block]] = field(default_factory=dict)
@@ -85,12 +79,10 @@ def read_joint_states(
     decode: Callable[[int, bytes], Any],
 ) -> JointStates:
     """
-    Return the messages whose places are given.
+    Return the ``fields`` wanted of N messages, whose places are region, offset and length, (N,).
 
-    :param places: region, offset and length of each, (N,).
-    :param fields: those of :data:`FIELDS` that are wanted.
-    :param decode: makes the message of a row and its bytes, where they are laid out unusually; it
-        raises a BagError where they are none.
+    ``decode`` makes the message of a row and its bytes, where they are laid out unusually; it
+    raises a BagError where they are none.
     """
     region, offset, length = places
     found = JointStates(np.zeros(len(region), dtype=np.int64))
@@ -125,11 +117,7 @@ def _take_alike(
     layouts: list[JointStateLayout],
     fields: Sequence[str],
 ) -> IndexArray:
-    """
-    Take the messages of known layouts, and return which are left, (L,).
-
-    :param layouts: those known of messages of this length; new ones are added.
-    """
+    """Take the messages of known layouts, to which new ones are added; return the rest, (L,)."""
     rest = np.arange(len(rows))
     for attempt in range(_LAYOUTS):
         if not len(rest):

@@ -114,9 +114,8 @@ def scan(path: Path, regions: list[Region], beyond: bool = False) -> McapScan:
     """
     Return the index of an MCAP file up to its last whole message.
 
-    :param beyond: whether chunks behind a damaged place are searched for as well: those that a
-        checksum shows to be whole, each once.
-    :raises BagError: if the file cannot be read or is no MCAP file.
+    With ``beyond``, chunks behind a damaged place are searched for as well: those that a checksum
+    shows to be whole, each once.
     """
     found = McapScan(path, regions, beyond=beyond)
     try:
@@ -225,38 +224,32 @@ class _Scanner:
         crc, name, declared, first, length = header
         if first + length > stop:
             raise DamagedError
-        last = first + length
-        whole = last <= size
-        last = min(last, size)
+        whole = first + length <= size
+        last = min(first + length, size)
         if name not in _COMPRESSIONS:
             raise DamagedError(
                 f'it has chunks compressed with {name.decode("ascii", "replace")[:20]!r}: only '
                 'zstd, lz4 and none can be read'
             )
-        if name == b'':
-            if whole and crc and zlib.crc32(memoryview(data)[first:last]) != crc:
-                raise DamagedError('the checksum of a chunk does not match')
-            self.content = self._begin(first)
-            listed = self._listed(stop, first) if whole else _NOTHING
-            inner_whole = self._records(data, self.region, first, last, first + length, listed)
-        else:
+        content: bytes | mmap.mmap = data
+        region, begin, there, end = self.region, first, last, first + length
+        if name:
             chunk = Region(self.found.path, first, last, name.decode(), declared)
             content = decompress(chunk, data[first:last])
-            if whole and (len(content) != declared or (crc and zlib.crc32(content) != crc)):
-                raise DamagedError('the checksum of a chunk does not match')
+            region, begin, there, end = len(self.found.regions), 0, len(content), declared
+        right = there == end and (not crc or zlib.crc32(memoryview(content)[begin:there]) == crc)
+        if whole and not right:
+            raise DamagedError('the checksum of a chunk does not match')
+        if name:
             self.found.regions.append(chunk)
-            self.content = self._begin(0)
-            listed = self._listed(stop, 0) if whole else _NOTHING
-            inner_whole = self._records(
-                content, len(self.found.regions) - 1, 0, len(content), declared, listed
-            )
+        before = {key: len(index) for key, index in self.found.messages.items()}
+        self.content = _Content(begin, before)
+        listed = self._listed(stop, begin) if whole else _NOTHING
+        inner_whole = self._records(content, region, begin, there, end, listed)
         if not whole:
             raise _CutError
         if not inner_whole or stop > size:
             raise DamagedError
-
-    def _begin(self, base: int) -> _Content:
-        return _Content(base, {key: len(index) for key, index in self.found.messages.items()})
 
     def _listed(self, stop: int, base: int) -> IndexArray:
         """Return where the indexes behind a chunk say that its messages begin, in order."""
@@ -317,9 +310,8 @@ class _Scanner:
         """
         Index the records of a chunk's content; return whether the last one is whole.
 
-        :param end: where the chunk says that its content ends; ``stop`` is before it in one that
-            is cut off.
-        :param listed: where its index says that messages begin.
+        In a chunk that is cut off ``stop`` is before the ``end`` that it states. ``listed`` is
+        where its index says that messages begin.
         """
         other = True
         while start < stop:

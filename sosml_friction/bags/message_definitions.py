@@ -12,37 +12,23 @@ from pathlib import Path
 
 from sosml_friction.exceptions import BagError
 
+#: Names of the message types that are read of bags.
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+TEMPERATURE = 'sensor_msgs/msg/Temperature'
+STRING = 'std_msgs/msg/String'
+TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 SEPARATOR = '=' * 80
 
 _TYPE_NAME = re.compile(r'([A-Za-z]\w*)/(?:msg/)?([A-Za-z]\w*)')
 _FIELD_TYPE = re.compile(r'^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+\w', re.MULTILINE)
-_PRIMITIVE = frozenset(
-    [
-        'bool',
-        'byte',
-        'char',
-        'float32',
-        'float64',
-        'int8',
-        'uint8',
-        'int16',
-        'uint16',
-        'int32',
-        'uint32',
-        'int64',
-        'uint64',
-        'string',
-        'wstring',
-    ]
-)
+_PRIMITIVE = frozenset((
+    'bool', 'byte', 'char', 'float32', 'float64', 'int8', 'uint8', 'int16', 'uint16', 'int32',
+    'uint32', 'int64', 'uint64', 'string', 'wstring',
+))  # fmt: skip
 
 
 def split_type_name(type_name: str) -> tuple[str, str]:
-    """
-    Return (package, name) of ``package/msg/Name`` or ``package/Name``.
-
-    :raises BagError: if it is neither.
-    """
+    """Return (package, name) of ``package/msg/Name`` or ``package/Name``, else a BagError."""
     match = _TYPE_NAME.fullmatch(type_name)
     if match is None:
         raise BagError(f'{type_name!r} is no message type: write it as sensor_msgs/msg/JointState')
@@ -84,8 +70,6 @@ def message_definition(type_name: str) -> str:
 
     Each dependency is preceded by an empty line's break, a line of 80 ``=`` and a line
     ``MSG: package/Name``: the text rosbag2 writes for the same installed files.
-
-    :raises BagError: if an interface file is not installed.
     """
     seen: set[str] = set()
 

@@ -5,8 +5,6 @@
 from __future__ import annotations
 
 import mmap
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -26,11 +24,7 @@ class MessageStore:
         self._content: tuple[int, bytes] = (-1, b'')
 
     def fetch(self, region: int, offset: int, length: int) -> bytes:
-        """
-        Return the bytes of one message.
-
-        :raises BagError: if the file is no longer what it was when it was scanned.
-        """
+        """Return the bytes of one message; a BagError if the file has changed since the scan."""
         place = self._regions[region]
         try:
             if place.compression == '':
@@ -47,11 +41,7 @@ class MessageStore:
         return message
 
     def fetch_all(self, region: int, offset: IndexArray, length: int) -> NDArray[np.uint8]:
-        """
-        Return the bytes of K messages of one region and one length, (K, length), a copy.
-
-        :raises BagError: as :meth:`fetch`.
-        """
+        """Return the bytes of K messages of one region and one length, (K, length), a copy."""
         # What is fetched first finds out whether the region can be read, and the last what is
         # there of it.
         last = int(offset.max())
@@ -75,13 +65,3 @@ class MessageStore:
         for data in self._files.values():
             data.close()
         self._files.clear()
-
-
-@contextmanager
-def open_store(regions: list[Region]) -> Iterator[MessageStore]:
-    """Open a store for the length of a ``with`` block."""
-    store = MessageStore(regions)
-    try:
-        yield store
-    finally:
-        store.close()

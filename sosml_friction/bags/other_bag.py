@@ -18,7 +18,7 @@ from sosml_friction.bags.bag_metadata import (
 )
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
+from sosml_friction.bags.message_definitions import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.stand_in import refuse_stand_in
 from sosml_friction.exceptions import BagError
@@ -49,10 +49,6 @@ def copy_bag(source: Path, destination: Path) -> Path:
     Of rosbag2 these are the messages of all types that are read of bags, byte for byte, and the
     tags; of ROS 1 the motion and the robot_description, and if no topic is joint_states, the only
     one of that type is taken.
-
-    :raises BagError: if the bag cannot be read or has no such topic, or is of ROS 1 and rosbags
-        is not installed.
-    :raises DataError: if a file of it was not fetched.
     """
     for file in other_files(source):
         refuse_stand_in(file)

@@ -29,11 +29,7 @@ class RecordedRobot:
 
     @property
     def robot(self) -> Robot:
-        """
-        Return the rigid body.
-
-        :raises ConfigurationError: if an armature is not known.
-        """
+        """Return the rigid body; a ConfigurationError where an armature is not known."""
         return self.nominal.make_robot()
 
 
@@ -49,16 +45,13 @@ def read_recorded_robot(
 
     The URDF's other joints are held still, at 0 or where they were recorded first; and so are
     joints that are not recorded and that the model has for no other reason than that the URDF
-    has them.
+    has them. Without effort of any joint it is a DataError.
 
     :param model: model, or its folder, with the armature of the joints; None for the bag's.
     :param urdf: URDF file, None for the bag's, or where it has none the model's.
     :param namespace: which robot, where a bag holds several.
     :param own_urdf: whether the URDF of the folder ``model`` comes before the bag's: where the
         model is what is put to the test.
-    :raises BagError: if the bag cannot be read or has no joint_states.
-    :raises ConfigurationError: if no model or URDF is known, or joints disagree.
-    :raises DataError: if no joint has effort.
     """
     bag = Bag.open(path, namespace)
     log = bag.joint_log()
@@ -86,8 +79,6 @@ def read_nominal(
 
     The URDF of a model whose rigid body was identified comes before the bag's. A bag without a
     model has that of its URDF, with the joints that its joint_states name and no armature.
-
-    :raises ConfigurationError: if no model or URDF is known.
     """
     nominal = _model_of(bag, path, model, urdf)
     own = nominal.urdf if own_urdf or nominal.is_rigid_body_identified else None
@@ -108,12 +99,9 @@ def stated_armature(
     armature: Mapping[str, float],
 ) -> RobotModelFile:
     """
-    Return the robot in a bag with the armatures that its model does not know.
+    Return the robot in a bag with the armatures [kg m2 or kg] that its model does not know.
 
-    :param armature: by joint [kg m2 or kg]; '*': all others.
-    :raises BagError: if the bag has no joint_states.
-    :raises ConfigurationError: if no URDF is known, it has none of these joints, or an armature
-        cannot be.
+    They are given by joint; '*' is for all others.
     """
     nominal = read_nominal(bag, path, model, urdf, own_urdf=model is not None)
     return nominal.with_armature(armature, 'stated with the recording')

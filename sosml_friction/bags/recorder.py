@@ -11,16 +11,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic_ns
-from types import TracebackType
 from typing import Any, NamedTuple
 
 import yaml
 from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
-from sosml_friction.bags.bag_metadata import INFORMATION, METADATA
+from sosml_friction.bags.bag_metadata import CHECKSUM, INFORMATION, METADATA, text_checksum
 from sosml_friction.bags.message_definitions import message_definition, split_type_name, type_hash
-from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.exceptions import BagError
 
 # Version of rosbag2's metadata that ROS 2 Jazzy writes; since 9 the QoS policies are words.
@@ -57,11 +55,7 @@ class TypeDefinition(NamedTuple):
 
     @classmethod
     def installed(cls, type_name: str) -> TypeDefinition:
-        """
-        Return the definition of a type that is installed.
-
-        :raises BagError: if it is not.
-        """
+        """Return the definition of a type, which must be installed."""
         return cls(message_definition(type_name).encode(), 'ros2msg', type_hash(type_name))
 
 
@@ -142,12 +136,7 @@ class BagRecorder:
     def __enter__(self) -> BagRecorder:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property
@@ -203,12 +192,7 @@ class BagRecorder:
     def write(
         self, topic: str, cdr_bytes: bytes, log_time_ns: int, publish_time_ns: int | None = None
     ) -> None:
-        """
-        Append one message as received: time of reception and, where known, of publication.
-
-        :raises BagError: if the topic was not added, a time is negative, the recorder is closed
-            or the disk refuses.
-        """
+        """Append one message as received: time of reception and, where known, of publication."""
         if publish_time_ns is None:
             publish_time_ns = log_time_ns
         with self._writing():
@@ -243,22 +227,14 @@ class BagRecorder:
             self._recent_ns = log_time_ns
 
     def flush(self) -> None:
-        """
-        Hand every message that was written to the operating system.
-
-        :raises BagError: if the recorder is closed or the disk refuses.
-        """
+        """Hand every message that was written to the operating system."""
         with self._writing():
             self._writer.flush()
             self._flushed_log_ns = self._recent_ns
             self._flushed_clock_ns = monotonic_ns()
 
     def close(self) -> None:
-        """
-        Finish the file and write ``metadata.yaml``; again does nothing.
-
-        :raises BagError: if the disk refuses.
-        """
+        """Finish the file and write ``metadata.yaml``; again does nothing."""
         with self._lock:
             if self._closed:
                 return

@@ -24,16 +24,11 @@ def read_recordings(
     whole: bool = False,
 ) -> dict[Source, RecordedRobot]:
     """
-    Read bags of one robot, each by what it is; its name is its label.
+    Read bags of one robot, each given once, by what each is; its name is its label.
 
     The arguments are those of :func:`~sosml_friction.bags.recorded_robot.read_recorded_robot`, for
-    every bag, and ``step`` is called with what is being done.
-
-    :param whole: refuse bags with different models of one robot, too.
-    :raises BagError: if a bag cannot be read or has no joint_states.
-    :raises ConfigurationError: if no model or URDF is known, a bag is given twice or as a copy, or
-        bags are of different robots.
-    :raises DataError: if no joint of a bag has effort.
+    every bag, and ``step`` is called with what is being done. ``whole`` refuses bags with
+    different models of one robot, too.
     """
     found: dict[Source, RecordedRobot] = {}
     for label, path in bag_labels(paths).items():
@@ -65,12 +60,7 @@ def read_labelled(
 def require_same_robot(
     first: str, one: RobotModelFile, second: str, other: RobotModelFile, whole: bool = False
 ) -> None:
-    """
-    Refuse recordings of different robots.
-
-    :param whole: refuse those with different models of one robot, too.
-    :raises ConfigurationError: if joints, inertia of the rotors or URDF differ.
-    """
+    """Refuse recordings with other joints, armature or URDF, or, if ``whole``, another model."""
     said = f'bags {first} and {second} are not of the same robot: '
     if one.joint_names != other.joint_names:
         raise ConfigurationError(

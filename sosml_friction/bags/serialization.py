@@ -14,11 +14,7 @@ from sosml_friction.exceptions import BagError, ConfigurationError
 
 @cache
 def message_class(type_name: str) -> type[Any]:
-    """
-    Return the Python class of a type such as ``sensor_msgs/msg/JointState``.
-
-    :raises BagError: if its package or the type is not installed.
-    """
+    """Return the Python class of an installed type such as ``sensor_msgs/msg/JointState``."""
     package, name = split_type_name(type_name)
     try:
         kind: type[Any] = getattr(importlib.import_module(f'{package}.msg'), name)
@@ -48,8 +44,6 @@ def serialize(message: Any) -> bytes:
     Alignment gaps hold arbitrary bytes, and after an empty array of doubles up to 8 arbitrary
     bytes follow the message: rclpy reserves more than it fills. ROS readers pass over them; bytes
     received from a topic do not have them, nor do those of :func:`serialize_joint_state`.
-
-    :raises ConfigurationError: if rclpy is not installed.
     """
     return bytes(_rclpy_serialization().serialize_message(message))
 
@@ -88,11 +82,7 @@ def plain_string(cdr: bytes) -> str | None:
 
 
 def plain_temperature(cdr: bytes) -> tuple[int, str, float] | None:
-    """
-    Return stamp [ns], frame_id and temperature [degC] of a sensor_msgs/Temperature.
-
-    None where it takes rclpy to tell.
-    """
+    """Return stamp [ns], frame_id and temperature [degC], None where it takes rclpy to tell."""
     end = _text_end(cdr, 12)
     # Doubles count from behind the encapsulation; two of them, of which the second is a variance.
     if end is None or len(cdr) < (start := end + (4 - end) % 8) + 16:
@@ -111,12 +101,7 @@ def _text_end(cdr: bytes, at: int) -> int | None:
 
 
 def deserialize(cdr: bytes, type_name: str) -> Any:
-    """
-    Return the message of type ``type_name`` that the CDR bytes hold.
-
-    :raises BagError: if the bytes are no such message or the type is not installed.
-    :raises ConfigurationError: if rclpy is not installed.
-    """
+    """Return the message of type ``type_name`` that the CDR bytes hold."""
     kind = message_class(type_name)
     decode = _rclpy_serialization().deserialize_message
     try:

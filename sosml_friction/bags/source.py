@@ -33,11 +33,7 @@ def bag_name(bag: str | Path) -> str:
 
 
 def bag_labels(paths: Sequence[str | Path]) -> dict[str, Path]:
-    """
-    Return the bags by a label of each: its name, or where two have the same, its path.
-
-    :raises ConfigurationError: if a bag is given twice.
-    """
+    """Return the bags, each given once, by a label: its name, or where two share one, its path."""
     resolved = [Path(path).resolve() for path in paths]
     for k, path in enumerate(resolved):
         if path in resolved[:k]:
@@ -75,11 +71,7 @@ def log_source(log: JointLog, name: str) -> Source:
 
 
 def refuse_copies(sources: Iterable[Source]) -> None:
-    """
-    Refuse one recording under two labels.
-
-    :raises ConfigurationError: if two are the same.
-    """
+    """Refuse one recording under two labels with a ConfigurationError."""
     labels: dict[str, str] = {}
     for label, digest, _ in sources:
         copy_of = labels.setdefault(digest, label)

@@ -16,11 +16,7 @@ _KINDS = {
 
 
 def refuse_stand_in(path: Path) -> None:
-    """
-    Refuse a file that was not fetched.
-
-    :raises DataError: if a pointer or a web page is in its place.
-    """
+    """Refuse, with a DataError, a pointer or a web page in the place of a recording."""
     try:
         with path.open('rb') as stream:
             head = stream.read(64).lstrip().lower()

@@ -29,13 +29,14 @@ class Topic:
     def __len__(self) -> int:
         return len(self.log_time_ns)
 
+    @property
+    def places(self) -> tuple[IndexArray, IndexArray, IndexArray]:
+        """Return region, offset and length of each message."""
+        return self.region, self.offset, self.length
+
 
 def merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, Topic]:
-    """
-    Join the channels of all files that carry the same topic.
-
-    :raises BagError: if a topic has two types.
-    """
+    """Join the channels of all files that carry the same topic; two types are a BagError."""
     parts: dict[str, list[tuple[McapScan, int]]] = {}
     kinds: dict[str, tuple[str, str]] = {}
     for found in scans:

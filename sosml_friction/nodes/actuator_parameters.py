@@ -40,11 +40,7 @@ def specs_of(
 
 
 def joint_specs(driver: str, *, mount: bool = False) -> tuple[ParameterSpec, ...]:
-    """
-    Return the rows of one type of actuator.
-
-    :param mount: only those that say how it is mounted.
-    """
+    """Return the rows of one type of actuator, with ``mount`` those that say how it is mounted."""
     parameters = parameters_of(Actuator.kind(driver).configuration_type)
     wanted = {key: own for key, own in parameters.items() if own[1].mount or not mount}
     return specs_of(wanted, '{joint}.')
@@ -70,11 +66,7 @@ def all_joint_specs(*, mount: bool = False) -> tuple[ParameterSpec, ...]:
 
 
 def declare_joints(node: Node, joints: Iterable[str], *, mount: bool = False) -> dict[str, Any]:
-    """
-    Declare the parameters of each joint's own type of actuator; return them by their full names.
-
-    :raises ConfigurationError: as :func:`declare`, or if there is no such type.
-    """
+    """Declare the parameters of each joint's type of actuator; return them by full names."""
     values: dict[str, Any] = {}
     for joint in joints:
         own = declare(node, [_driver_spec()], joint)

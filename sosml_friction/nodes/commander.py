@@ -44,13 +44,11 @@ def _endpoints(node: Node, topic: str, is_mangled: bool) -> list[Endpoint]:
 
 class Commander:
     """
-    Hold who moves the joints.
+    Hold who moves the joints, until ``timeout_s`` [s] after its last command and motion.
 
     ROS 2 does not tell in Python who sent a message or called a service, but who could have: it is
     known where there is one publisher (or client), or where the message names the node of one. A
     process is one commander, whatever nodes it has.
-
-    :param timeout_s: silence after its last command and its last motion that ends a hold [s].
     """
 
     def __init__(self, timeout_s: float) -> None:

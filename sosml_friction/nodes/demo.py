@@ -53,16 +53,11 @@ _STATED_GAP = ('maximum_gap:=0.05',)
 
 def run_demo(output: Path, seed: int = 0, json: bool = False) -> int:
     """
-    Identify the emulated exoskeleton, print the table and write the report.
+    Identify the emulated exoskeleton, print the table and write the report; return the exit code.
 
     ``output`` gets ``report.html``, ``fit.json`` and the model (``model.yaml``, ``robot.urdf``),
-    the bag in ``run/bag`` and what the nodes said in ``logs``.
-
-    :param seed: of the emulated noise.
-    :param json: print the object of ``sosml fit --json`` instead of the table.
-    :return: exit code: 0, or 1 if a joint could not be fitted.
-    :raises ConfigurationError: if ``output`` holds something else or cannot be written.
-    :raises ActuatorError: if a node ends or does not answer.
+    the bag in ``run/bag`` and what the nodes said in ``logs``. With ``json`` the object of ``sosml
+    fit --json`` is printed. The code is 1 if a joint could not be fitted.
     """
     check_destination(output, (RUN, LOGS))
     truth = read_model(share_directory() / 'config' / 'emulated_exoskeleton')
@@ -101,15 +96,12 @@ def run_chain(
     """
     Run emulator, driver, observers and identifier through T1 and return the run's folder.
 
-    The nodes' own messages go to ``output/logs``. The DDS domain is this process's own and
-    confined to this machine, whatever ROS_DOMAIN_ID says.
+    The nodes' own messages go to ``output/logs``; what an earlier demo left there is replaced. The
+    DDS domain is this process's own and confined to this machine, whatever ROS_DOMAIN_ID says.
 
-    :param output: folder for the results; what an earlier demo left there is replaced.
-    :param seed: of the emulated noise.
     :param step: called with the phase in words and, while the robot moves, the share done.
     :param plateau: length of a plateau [s], None for T1's.
     :raises ActuatorError: if a node ends or does not answer; the sentence quotes its last words.
-    :raises ConfigurationError: if ``output`` cannot be written.
     """
     _prepare(output)
     # Never the domain the user's shell names: a real robot may be on it, and it would move.

@@ -25,12 +25,7 @@ _LONGEST_SILENCE = 300.0
 
 
 class DemoClient:
-    """
-    Call services, follow the identifier's phase, and watch the processes meanwhile.
-
-    :param processes: may grow; each that ends is an :class:`ActuatorError`.
-    :param step: called with the identifier's phase in words and, while moving, its share.
-    """
+    """Call services, follow the identifier's phase, and watch the processes, which may grow."""
 
     def __init__(
         self, node: Node, executor: Executor, processes: Sequence[NodeProcess], step: Step
@@ -41,11 +36,7 @@ class DemoClient:
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 50)
 
     def require_no_driver(self) -> None:
-        """
-        Refuse to go on where another driver hears the demo's commands.
-
-        :raises ActuatorError: if there is one.
-        """
+        """Refuse to go on where another driver hears the demo's commands (ActuatorError)."""
         self._spin_for(1.0)
         if 'driver_node' in self._node.get_node_names():
             raise ActuatorError(
@@ -89,11 +80,7 @@ class DemoClient:
         return self._phase not in ('', 'idle')
 
     def await_end(self) -> None:
-        """
-        Return when the identifier is done.
-
-        :raises ActuatorError: if it fails or comes to a stop.
-        """
+        """Return when the identifier is done; an ActuatorError if it fails or stops."""
         heard, before = time.monotonic(), ''
         while self._phase != 'done':
             self._spin()

@@ -17,13 +17,7 @@ STALE = DiagnosticStatus.STALE
 def make_status(
     name: str, level: bytes, message: str, values: Mapping[str, Any], hardware_id: str = ''
 ) -> DiagnosticStatus:
-    """
-    Return one status.
-
-    :param name: ``node: component``, for instance ``driver_node: shoulder``.
-    :param level: OK, WARN, ERROR or STALE.
-    :param values: what is shown below it; a float is written with six digits.
-    """
+    """Return the status of ``node: component``; a float is written with six digits."""
     return DiagnosticStatus(
         level=level,
         name=name,

@@ -39,11 +39,7 @@ def cycle_values(
     thread: CycleThread | None,
     relay: SampleRelay | None,
 ) -> dict[str, Any]:
-    """
-    Return what is shown of the cycle.
-
-    :param refused: why the last trajectory was refused, '' if it was not.
-    """
+    """Return what is shown of the cycle; ``refused``: why the last trajectory was, or ''."""
     return {
         'state': report.state.value,
         'fault': report.reason,

@@ -7,7 +7,8 @@ import math
 import sys
 import time
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -152,11 +153,7 @@ class DriverNode(LifecycleNode):
         self._entities: list[tuple[Any, Any]] = []
 
     def autostart(self) -> None:
-        """
-        Configure and activate if the parameter ``autostart`` says so.
-
-        :raises SosmlFrictionError: why the configuration failed.
-        """
+        """Configure and activate if the parameter ``autostart`` says so; raise why it cannot."""
         if not self._autostart:
             return
         self._starting = True
@@ -248,34 +245,21 @@ class DriverNode(LifecycleNode):
     def _create_entities(
         self, configuration: DriverConfiguration, urdf: str, controllers: str
     ) -> None:
-        self._joint_states = self.create_lifecycle_publisher(
-            JointState, 'joint_states', JOINT_STATES
-        )
-        self._temperatures = self.create_lifecycle_publisher(Temperature, 'joint_temperatures', 10)
-        description = self.create_publisher(String, 'robot_description', LATCHED)
-        controller = self.create_publisher(String, CONTROLLER_TOPIC, LATCHED)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        services = (
-            self.create_service(SetBool, '~/enable', self._on_enable),
-            self.create_service(Trigger, '~/stop', self._on_stop),
-        )
-        subscription = self.create_subscription(
-            JointTrajectoryMessage, 'joint_trajectory', self._on_trajectory, 10
-        )
-        timers = (
-            self.create_timer(1.0, self._on_timer),
-            self.create_timer(HEARTBEAT_PERIOD, self._on_heartbeat),
-        )
-        self._entities = [
-            (self.destroy_lifecycle_publisher, self._joint_states),
-            (self.destroy_lifecycle_publisher, self._temperatures),
-            (self.destroy_publisher, description),
-            (self.destroy_publisher, controller),
-            (self.destroy_publisher, self._diagnostics),
-            *((self.destroy_service, service) for service in services),
-            (self.destroy_subscription, subscription),
-            *((self.destroy_timer, timer) for timer in timers),
-        ]
+        def make(kind: str, *what: Any) -> Any:
+            entity = getattr(self, f'create_{kind}')(*what)
+            self._entities.append((getattr(self, f'destroy_{kind}'), entity))
+            return entity
+
+        self._joint_states = make('lifecycle_publisher', JointState, 'joint_states', JOINT_STATES)
+        self._temperatures = make('lifecycle_publisher', Temperature, 'joint_temperatures', 10)
+        description = make('publisher', String, 'robot_description', LATCHED)
+        controller = make('publisher', String, CONTROLLER_TOPIC, LATCHED)
+        self._diagnostics = make('publisher', DiagnosticArray, '/diagnostics', 10)
+        make('service', SetBool, '~/enable', self._on_enable)
+        make('service', Trigger, '~/stop', self._on_stop)
+        make('subscription', JointTrajectoryMessage, 'joint_trajectory', self._on_trajectory, 10)
+        make('timer', 1.0, self._on_timer)
+        make('timer', HEARTBEAT_PERIOD, self._on_heartbeat)
         self._action = FollowAction.offer(self, self)
         self._message = JointState(name=list(configuration.names))
         self.description = urdf
@@ -452,11 +436,7 @@ class DriverNode(LifecycleNode):
                 self.get_logger().error(f'trajectory refused: {error}')
 
     def begin(self, message: JointTrajectoryMessage, senders: list[Endpoint]) -> None:
-        """
-        Start a trajectory that one of ``senders`` sent.
-
-        :raises SosmlFrictionError: why it is refused; the diagnostics say it as well.
-        """
+        """Start a trajectory that one of ``senders`` sent; an error says why it is refused."""
         try:
             if self._driver is None or self._thread is None:
                 raise TrajectoryError('the driver is not active: activate it first')
@@ -515,9 +495,6 @@ class DriverNode(LifecycleNode):
             self.get_logger().fatal(self._ended)
             self.trigger_deactivate()
 
-    def _stands_still(self, thread: CycleThread) -> bool:
-        return self._cycle_clock.now_ns() - thread.last_cycle_ns > HANG_NS
-
     def _statuses(
         self, driver: JointDriver, report: DriverReport, thread: CycleThread | None
     ) -> list[DiagnosticStatus]:
@@ -525,7 +502,7 @@ class DriverNode(LifecycleNode):
             level, text = ERROR, self._ended
         elif report.state is DriverState.FAULT:
             level, text = ERROR, report.reason
-        elif thread is not None and self._stands_still(thread):
+        elif thread and self._cycle_clock.now_ns() - thread.last_cycle_ns > HANG_NS:
             level, text = ERROR, 'the cycle hangs in the bus: the torque is what it was'
         elif self._refused_trajectory:
             level, text = WARN, f'trajectory refused: {self._refused_trajectory}'
@@ -553,11 +530,7 @@ class DriverNode(LifecycleNode):
 
 
 def make_driver_node() -> DriverNode:
-    """
-    Make the node and start it if its parameter ``autostart`` says so.
-
-    :raises SosmlFrictionError: why it cannot start.
-    """
+    """Make the node and start it if its parameter ``autostart`` says so."""
     # The cycle's thread must not wait 5 ms for a callback to give the interpreter away.
     sys.setswitchinterval(5e-4)
     node = DriverNode()
@@ -577,12 +550,8 @@ HELP = NodeHelp(
     '--ros-args --params-file config/exoskeleton.yaml',
     PARAMETERS,
 )
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node as a program; return its exit code."""
-    return run_node(make_driver_node, args, HELP)
-
+#: Run the program; return its exit code.
+main = partial(run_node, make_driver_node, help_=HELP)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -13,11 +13,7 @@ _FRESH_S = 3.0
 
 
 class DriverWatch:
-    """
-    Hold what a driver said last of itself.
-
-    :param driver: full name of its node, its namespace included.
-    """
+    """Hold what a driver, given by the full name of its node, said last of itself."""
 
     def __init__(self, driver: str) -> None:
         self._driver = driver.lstrip('/')

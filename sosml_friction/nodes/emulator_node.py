@@ -3,12 +3,11 @@
 """Answer CAN frames as the exoskeleton's actuators would, in real time."""
 
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import can
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.parameter import Parameter
@@ -91,15 +90,11 @@ class EmulatorNode(ProgramNode):
 
     The parameter ``faults`` may be set while it runs: what is new in it begins, what is gone ends,
     an empty one ends all. A fault that does not exist is refused with a reason.
-
-    :raises SosmlFrictionError: if a parameter, the model or the bus does not fit.
     """
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('emulator_node', **kwargs)
-        self._thread: EmulatorThread | None = None
         self._lost_s = 0.0
-        self._bus: can.BusABC | None = None
         values = declare(self, _OWN_PARAMETERS)
         values |= declare_joints(self, values['joints'], mount=True)
         options = EmulatorOptions(**declare(self, _option_specs()))
@@ -126,7 +121,7 @@ class EmulatorNode(ProgramNode):
 
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
-            if parameter.name != 'faults' or self._thread is None:
+            if parameter.name != 'faults':
                 continue
             try:
                 self._thread.set_faults(str(parameter.value))
@@ -136,12 +131,12 @@ class EmulatorNode(ProgramNode):
         return SetParametersResult(successful=True)
 
     def _on_timer(self) -> None:
-        if self._thread is not None and self._thread.error is not None:
+        if self._thread.error is not None:
             self.end(ActuatorError(f'the emulation ended: {self._thread.error!r}'))
         name = self.get_name()
         emulator = self._emulator
         q, v, effort = emulator.q, emulator.v, emulator.effort
-        lost_s = self._thread.lost_ns * 1e-9 if self._thread else 0.0
+        lost_s = self._thread.lost_ns * 1e-9
         level, text = OK, 'running'
         if lost_s > self._lost_s:
             level = WARN
@@ -176,21 +171,13 @@ class EmulatorNode(ProgramNode):
 
     def destroy_node(self) -> None:
         """Stop the emulation and close the bus."""
-        if self._thread is not None:
-            self._thread.stop()
-            self._thread = None
-        if self._bus is not None:
-            self._bus.shutdown()
-            self._bus = None
+        self._thread.stop()
+        self._bus.shutdown()
         super().destroy_node()
 
 
 def make_emulator_node() -> EmulatorNode:
-    """
-    Make the node.
-
-    :raises SosmlFrictionError: why it cannot start.
-    """
+    """Make the node."""
     # As in the driver: replies are due within a fraction of a millisecond.
     sys.setswitchinterval(5e-4)
     return EmulatorNode()
@@ -203,12 +190,8 @@ HELP = NodeHelp(
     '--ros-args --params-file config/exoskeleton.yaml',
     PARAMETERS,
 )
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node as a program; return its exit code."""
-    return run_node(make_emulator_node, args, HELP)
-
+#: Run the program; return its exit code.
+main = partial(run_node, make_emulator_node, help_=HELP)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -11,8 +11,8 @@ another publisher is not heard. The numbers are those of two processes.
 
 import sys
 import threading
-from collections.abc import Sequence
 from copy import deepcopy
+from functools import partial
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -39,8 +39,6 @@ class DirectObserverNode(ObserverNode):
 
     The driver's thread and the executor's take turns: samples come in one, parameters, services
     and timers in the other.
-
-    :raises ConfigurationError: if the parameters do not fit.
     """
 
     def __init__(self, driver: DriverNode) -> None:
@@ -51,11 +49,7 @@ class DirectObserverNode(ObserverNode):
             self._on_description(String(data=driver.description))
 
     def refuse_unknown_parameters(self) -> None:
-        """
-        Refuse as the other nodes do, and say whose parameter it may be.
-
-        :raises ConfigurationError: with the way out.
-        """
+        """Refuse as the other nodes do, and say whose parameter it may be."""
         try:
             super().refuse_unknown_parameters()
         except ConfigurationError as error:
@@ -87,11 +81,7 @@ class DirectObserverNode(ObserverNode):
 
 
 def make_nodes() -> list[Node]:
-    """
-    Make the driver and the observer of its samples.
-
-    :raises SosmlFrictionError: why they cannot start; then no output is on.
-    """
+    """Make the driver and the observer of its samples; where one cannot start no output is on."""
     driver = make_driver_node()
     try:
         return [driver, DirectObserverNode(driver)]
@@ -108,12 +98,8 @@ HELP = NodeHelp(
     '--ros-args --params-file config/exoskeleton.yaml',
     PARAMETERS,
 )
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run both nodes as a program; return its exit code."""
-    return run_node(make_nodes, args, HELP)
-
+#: Run the program; return its exit code.
+main = partial(run_node, make_nodes, help_=HELP)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -29,13 +29,10 @@ class FitJob:
     Do what ``sosml fit`` does to the bag in a run's folder, while others go on.
 
     Writes ``model`` (with ``report.html`` and ``fit.json``) and ``parameters.yaml`` beside the
-    ``bag``, both or, where it fails or is given up, none. Then, where it is asked to, it does what
-    ``sosml diagnose`` does, with the model that the bag was recorded with, and writes
-    ``diagnosis`` beside them; the fit stays where that fails. ``step`` says what it is at.
-
-    :param folder: of the run; it holds ``bag``.
-    :param diagnose: whether to diagnose after the fit.
-    :param without: effects that the diagnosis does not look for.
+    ``bag``, both or, where it fails or is given up, none. Then, with ``diagnose``, it does what
+    ``sosml diagnose`` does (``without`` some effects), with the model that the bag was recorded
+    with, and writes ``diagnosis`` beside them; the fit stays where that fails. ``step`` says what
+    it is at.
     """
 
     def __init__(

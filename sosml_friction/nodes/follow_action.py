@@ -33,11 +33,7 @@ class Commanded(Protocol):
     commands: int
 
     def begin(self, message: JointTrajectoryMessage, senders: list[Endpoint]) -> None:
-        """
-        Start a trajectory.
-
-        :raises SosmlFrictionError: why it is refused.
-        """
+        """Start a trajectory; a SosmlFrictionError says why it is refused."""
 
     def report(self) -> DriverReport | None:
         """Return a snapshot, None where there is no driver."""
@@ -61,9 +57,6 @@ class FollowAction:
 
     Nothing here waits: a goal is looked after whenever :meth:`watch` is called. Tolerances in a
     goal are refused, as the driver has its own (tracking_limit).
-
-    :param kind: the action's type; :meth:`offer` finds it.
-    :param serve: makes the server, as rclpy's ``ActionServer``.
     """
 
     def __init__(

@@ -14,11 +14,7 @@ _STAMP = re.compile(r'after stamp (\d+)\.(\d{9})$')
 
 
 def tell_start(last_ns: int | None) -> str:
-    """
-    Return the sentence that answers a reset.
-
-    :param last_ns: stamp of the last sample before it [ns]; None if there was none.
-    """
+    """Return the answer to a reset; ``last_ns``: stamp of the last sample before it, or None."""
     if last_ns is None:
         return 'the observers start with the next joint_states'
     return _SENTENCE.format(*divmod(last_ns, 10**9))

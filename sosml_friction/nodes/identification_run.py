@@ -62,15 +62,11 @@ class IdentificationRun:
 
     def hear(self, t_ns: int, now_ns: int, has_it: bool) -> None:
         """
-        Look, at a sample, whether the driver has the trajectory.
+        Look, at a sample of stamp ``t_ns``, whether the driver is known to have the trajectory.
 
         A machine that is late comes to its samples late: none of those so far may be of the
         motion. Whoever else listens may be stuck, and nobody waits for it any longer than a while:
-        whether the robot moves is seen without it.
-
-        :param t_ns: stamp of the sample; ``now_ns``: the time at which it is looked at, which is
-            another one where the stamps are of another clock.
-        :param has_it: whether it is known to have it.
+        whether the robot moves is seen without it. ``now_ns`` may be of another clock.
         """
         late_ns = now_ns - t_ns
         self.heard_ns = now_ns if 0 < late_ns < UNHEARD_NS else t_ns

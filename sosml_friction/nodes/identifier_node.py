@@ -23,7 +23,7 @@ import json
 import shutil
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
@@ -75,11 +75,7 @@ _JOINT_STATE = 'sensor_msgs/msg/JointState'
 
 
 class IdentifierNode(ProgramNode):
-    """
-    Run, record and fit.
-
-    :raises ConfigurationError: if the model or a parameter cannot be used.
-    """
+    """Run, record and fit; a ConfigurationError if the model or a parameter cannot be used."""
 
     def __init__(self) -> None:
         super().__init__('identifier_node')
@@ -118,9 +114,9 @@ class IdentifierNode(ProgramNode):
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._reset_client = self.create_client(Trigger, f'{self._p["observer_node"]}/reset')
         self._stop_client = self.create_client(Trigger, f'{self._p["driver_node"]}/stop')
-        self.create_service(Trigger, '~/start', self._on_start)
-        self.create_service(Trigger, '~/abort', self._on_abort)
-        self.create_service(Trigger, '~/fit', self._on_fit)
+        self.create_service(Trigger, '~/start', partial(_answer, self._on_start))
+        self.create_service(Trigger, '~/abort', partial(_answer, self._on_abort))
+        self.create_service(Trigger, '~/fit', partial(_answer, self._on_fit))
         stop = self.resolve_service_name(f'{self._p["driver_node"]}/stop', only_expand=True)
         self._driver = DriverWatch(stop.removesuffix('/stop'))
         self.create_subscription(DiagnosticArray, '/diagnostics', self._driver.take, 10)
@@ -265,19 +261,15 @@ class IdentifierNode(ProgramNode):
 
     # A run --------------------------------------------------------------------------------------
 
-    def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_start(self) -> tuple[bool, str]:
         try:
             run = self._start()
         except SosmlFrictionError as error:
-            response.success, response.message = False, str(error)
             self.get_logger().error(f'not started: {error}')
-            return response
-        response.success = True
-        response.message = (
-            f'{self._label}, {run.trajectory.duration:.1f} s, recording to {run.folder}'
-        )
-        self.get_logger().info(response.message)
-        return response
+            return False, str(error)
+        text = f'{self._label}, {run.trajectory.duration:.1f} s, recording to {run.folder}'
+        self.get_logger().info(text)
+        return True, text
 
     def _read_again(self) -> None:
         """Take what was set meanwhile."""
@@ -489,33 +481,28 @@ class IdentifierNode(ProgramNode):
             self._fitted += f'; diagnosis ({found.verdict}) in {run.folder / "diagnosis"}'
         self._enter('done', self._fitted)
 
-    def _on_fit(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_fit(self) -> tuple[bool, str]:
         if self._phase in _RUNNING:
-            response.success, response.message = False, f'a run is {self._phase}'
-        elif self._run is None:
-            response.success, response.message = False, 'nothing is recorded yet: call ~/start'
-        else:
-            self._read_again()
-            self._begin_fit(self._run)
-            response.success, response.message = True, f'fitting {self._run.folder / "bag"}'
-        return response
+            return False, f'a run is {self._phase}'
+        if self._run is None:
+            return False, 'nothing is recorded yet: call ~/start'
+        self._read_again()
+        self._begin_fit(self._run)
+        return True, f'fitting {self._run.folder / "bag"}'
 
-    def _on_abort(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_abort(self) -> tuple[bool, str]:
         if self._phase in ('fitting', 'diagnosing') and self._job is not None:
             self._job.give_up()
             kept = '; the fit is kept' if self._phase == 'diagnosing' else ''
-            response.success, response.message = True, f'ends after {self._job.step}{kept}'
-            return response
+            return True, f'ends after {self._job.step}{kept}'
         if self._run is None or self._phase not in ('starting', 'moving'):
-            response.success, response.message = False, f'nothing to abort: {self._phase}'
-            return response
+            return False, f'nothing to abort: {self._phase}'
         folder = self._run.folder
         self._fail('aborted')
         kept = (
             'nothing had moved yet' if self._run is None else f'what was recorded is in {folder}'
         )
-        response.success, response.message = True, f'aborted; {kept}'
-        return response
+        return True, f'aborted; {kept}'
 
     def _call_stop(self) -> None:
         if self._stop_client.service_is_ready():
@@ -570,6 +557,13 @@ class IdentifierNode(ProgramNode):
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
 
 
+def _answer(
+    act: Callable[[], tuple[bool, str]], _: Trigger.Request, response: Trigger.Response
+) -> Trigger.Response:
+    response.success, response.message = act()
+    return response
+
+
 HELP = NodeHelp(
     'identifier_node',
     'Runs an identification trajectory (~/start), records it, and fits friction when it ends: '
@@ -579,12 +573,8 @@ HELP = NodeHelp(
     '--ros-args -p trajectory:=slow_ladder -p centre:=[-1.57,1.2]',
     PARAMETERS,
 )
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node; the exit code is 0 after a signal, 2 if the configuration cannot work."""
-    return run_node(IdentifierNode, args, HELP)
-
+#: Run the program; return its exit code.
+main = partial(run_node, IdentifierNode, help_=HELP)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -14,14 +14,7 @@ _WIDTH = 96
 
 @dataclass(frozen=True)
 class NodeHelp:
-    """
-    Hold what a node prints on ``--help``.
-
-    :param name: of the program.
-    :param purpose: what it does, in a few sentences.
-    :param example: the arguments of one useful call, without the program's name.
-    :param parameters: its table, the one it declares.
-    """
+    """Hold what a node prints on ``--help``, such as the arguments of one useful call."""
 
     name: str
     purpose: str

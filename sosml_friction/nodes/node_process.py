@@ -20,12 +20,7 @@ _PR_SET_PDEATHSIG = 1
 
 
 class NodeProcess:
-    """
-    Run ``sosml_friction.nodes.<name>`` with parameters, within a ``with`` block.
-
-    :param parameters: ``NAME:=VALUE``, after those of ``file``.
-    :param log: file that gets what the node says.
-    """
+    """Run a node with parameters (``NAME:=VALUE``, after those of ``file``) in a ``with``."""
 
     def __init__(self, name: str, file: Path, parameters: Iterable[str], log: Path) -> None:
         self.name = name
@@ -57,11 +52,7 @@ class NodeProcess:
             self._process.wait()
 
     def require_running(self) -> None:
-        """
-        Make sure that the process runs.
-
-        :raises ActuatorError: if it has ended; the sentence quotes its last words.
-        """
+        """Make sure that the process runs; else an ActuatorError quotes its last words."""
         if self._process.poll() is not None:
             said = [line for line in self._said().splitlines() if line.strip()] or ['no word']
             raise ActuatorError(
@@ -69,12 +60,7 @@ class NodeProcess:
             )
 
     def await_words(self, words: str, what: str) -> None:
-        """
-        Return when the node has said ``words``.
-
-        :param what: what it does then, for the sentence where it does not within a minute.
-        :raises ActuatorError: if it ends or is too late.
-        """
+        """Return when the node has said ``words``; an ActuatorError says what it does not do."""
         end = time.monotonic() + 60.0
         while time.monotonic() < end:
             self.require_running()

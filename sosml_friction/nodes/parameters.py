@@ -30,12 +30,7 @@ _TYPES = {
 
 @dataclass(frozen=True)
 class ParameterSpec:
-    """
-    Describe one parameter.
-
-    ``default`` None means required: configuration fails and says what to set. ``range`` is
-    inclusive. ``choices`` lists the words a string may be.
-    """
+    """Describe one parameter; without a ``default`` it must be set. ``range`` is inclusive."""
 
     name: str
     type: str

@@ -20,11 +20,7 @@ class ProgramNode(Node):
     outcome: BaseException | None = None
 
     def refuse_unknown_parameters(self) -> None:
-        """
-        Refuse parameters that were given but are none of the node's: ROS would not say a word.
-
-        :raises ConfigurationError: naming the parameter and the one that may have been meant.
-        """
+        """Refuse parameters that are none of the node's: ROS would not say a word."""
         for name in getattr(self, '_parameter_overrides', {}):
             if not self.has_parameter(name):
                 known = [known for known in self._parameters if '.' not in known or '.' in name]
@@ -33,10 +29,6 @@ class ProgramNode(Node):
                 raise ConfigurationError(f'{self.get_name()} has no parameter {name}: {meant}')
 
     def end(self, outcome: BaseException | None = None) -> None:
-        """
-        End the program after the present callback.
-
-        :param outcome: why, as if it had been raised; None for a good end.
-        """
+        """End the program after the present callback, by ``outcome``; None is a good end."""
         if self.outcome is None:
             self.outcome = outcome or SystemExit(0)

@@ -6,7 +6,7 @@ import fnmatch
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -71,9 +71,6 @@ class ReplayNode(ProgramNode):
 
     Latched texts are published first. Playing begins when joint_states has its ``subscribers``, or
     after ``wait``; the program ends when every message was acknowledged.
-
-    :raises BagError: if the bag cannot be read.
-    :raises ConfigurationError: if nothing is left to play.
     """
 
     def __init__(self) -> None:
@@ -210,12 +207,8 @@ HELP = NodeHelp(
     '--ros-args -p bag:=demo_output/run/bag',
     PARAMETERS,
 )
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node; the exit code is 0 at the bag's end or a signal, 2 if it cannot be played."""
-    return run_node(ReplayNode, args, HELP)
-
+#: Run the program; return its exit code.
+main = partial(run_node, ReplayNode, help_=HELP)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -11,14 +11,11 @@ _ATTEMPTS = 5
 
 class StampConverter:
     """
-    Keep the offset between two clocks and apply it to stamps.
+    Keep the offset between two clocks [ns] and apply it to stamps.
 
     The offset is read anew at each :meth:`refresh`, between two readings of the monotonic clock;
     of several attempts the least disturbed counts, so that a preempted process does not shift its
     stamps.
-
-    :param monotonic_ns: reads the clock of the stamps [ns].
-    :param ros_ns: reads the ROS clock [ns].
     """
 
     def __init__(self, monotonic_ns: Callable[[], int], ros_ns: Callable[[], int]) -> None:

@@ -42,8 +42,6 @@ class StatedModel:
 
     ``model`` is None as long as it is to be made of robot_description and ``joints``, or those
     that are measured where they are empty (:meth:`make`); ``label`` says where it comes from.
-
-    :raises ConfigurationError: if the model cannot be read or the armature does not fit.
     """
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
@@ -63,24 +61,13 @@ class StatedModel:
             )
 
     def make(self, urdf: str, joints: Sequence[str] = ()) -> RobotModelFile:
-        """
-        Make the model of a URDF.
-
-        :param joints: that are measured, where the parameter states none; the others are held.
-        :raises ConfigurationError: if the URDF cannot be used, or lacks a joint that was stated.
-        """
+        """Make the model of a URDF and the stated or, if none are, these measured ``joints``."""
         made = skeleton_model(urdf, self.joints or joints, bool(self.joints))
         self.model = self._with_armature(made)
         return self.model
 
     def robot(self, urdf: str, measured: Mapping[str, tuple[float, float]] | None = None) -> Robot:
-        """
-        Return the rigid body of the model.
-
-        :param urdf: robot_description.
-        :param measured: where joints were first, to hold those there that are not in the model.
-        :raises ConfigurationError: if the URDF cannot be used with the model.
-        """
+        """Return the rigid body, other joints held where they were ``measured`` first."""
         assert self.model is not None
         try:
             return self.model.held_where_measured(measured or {}, urdf).make_robot(urdf)

@@ -13,11 +13,7 @@ from sosml_friction.motion.trajectory import Trajectory
 
 
 def trajectory_from_message(message: JointTrajectoryMessage) -> Trajectory:
-    """
-    Return the message's trajectory; its accelerations, efforts and start time are not used.
-
-    :raises TrajectoryError: if points have positions or velocities of differing numbers.
-    """
+    """Return the message's trajectory; its accelerations, efforts and start time are not used."""
     names = tuple(message.joint_names)
     points = message.points
     times = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in points]

@@ -7,7 +7,7 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.message_types import TRAJECTORY
+from sosml_friction.bags.message_definitions import TRAJECTORY
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.exceptions import BagError, DataError

@@ -15,8 +15,8 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.joint_state_layout import FIELDS, JointStateLayout
 from sosml_friction.bags.joint_states import read_joint_states
+from sosml_friction.bags.message_definitions import JOINT_STATE
 from sosml_friction.bags.message_store import MessageStore
-from sosml_friction.bags.message_types import JOINT_STATE
 from sosml_friction.bags.serialization import (
     deserialize,
     message_class,

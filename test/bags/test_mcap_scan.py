@@ -4,6 +4,7 @@
 
 import os
 import struct
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from mcap.writer import CompressionType, Writer
 from sosml_friction.bags import chunk_data, mcap_scan
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.mcap_scan import scan
-from sosml_friction.bags.message_store import open_store
+from sosml_friction.bags.message_store import MessageStore
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.exceptions import BagError
 
@@ -193,7 +194,10 @@ def test_a_file_that_changes_after_it_was_opened_is_noticed(name, tmp_path, fore
     regions = []
     index = scan(path, regions).messages[1]
     path.write_bytes(path.read_bytes()[:500])
-    with open_store(regions) as store, pytest.raises(BagError, match='has changed since it was'):
+    with (
+        closing(MessageStore(regions)) as store,
+        pytest.raises(BagError, match='has changed since it was'),
+    ):
         store.fetch(index.region[-1], index.offset[-1], index.length[-1])
 
 

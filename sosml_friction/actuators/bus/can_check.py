@@ -14,10 +14,14 @@ from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import BusCycle
 from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.bus.open_bus import open_bus
-from sosml_friction.actuators.driver.checks import bus_load, check_robot, make_actuators
+from sosml_friction.actuators.driver.checks import (
+    bus_load,
+    check_robot,
+    make_actuators,
+    run_start_ups,
+)
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.start_up import Check
-from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
@@ -34,11 +38,7 @@ def check_bus(
     Return what every step of the start-up found, and whether the cycle fits the bit rate.
 
     Nothing is written to an actuator and no motor is commanded; a servo bridge, which answers
-    nothing else, is told "off".
-
-    :param values: the parameters of driver_node, flat.
-    :raises ConfigurationError: if they do not fit each other or the model.
-    :raises ActuatorError: if the bus cannot be opened or fails, or another host is driving.
+    nothing else, is told "off". ``values`` are the parameters of driver_node, flat.
     """
     configuration = DriverConfiguration.from_parameters({**values, 'can_bitrate': bitrate})
     model = values.get('model') or share_directory() / 'config' / 'exoskeleton'
@@ -71,8 +71,6 @@ def scan_bus(inquiry: Inquiry) -> list[FoundActuator]:
     Each type of actuator asks in its own way. A servo bridge answers nothing but a command: it is
     told "off", which it is anyway while no driver runs. So the bus is listened to first, and where
     somebody else talks nothing is asked.
-
-    :raises ActuatorError: if the bus fails, or another host is talking on it.
     """
     kinds = Actuator.registry.values()
     try:

@@ -6,11 +6,7 @@ import time
 
 
 class Clock:
-    """
-    Tell the machine's CLOCK_MONOTONIC in integer nanoseconds and wait for a moment.
-
-    A subclass may live in another time.
-    """
+    """Tell CLOCK_MONOTONIC [ns] and wait for a moment; a subclass may live in another time."""
 
     def now_ns(self) -> int:
         """Return the time since an arbitrary origin [ns]; never goes backwards."""

@@ -137,8 +137,6 @@ class BusCycle:
 
         What lies in the receive buffer beforehand is dropped as stale. At the deadline, what has
         arrived by then is still read. A transmit buffer that is full counts as no reply.
-
-        :raises ActuatorError: if the bus fails or the controller is off the bus.
         """
         counters = self.counters
         with self._guard():
@@ -162,11 +160,7 @@ class BusCycle:
         return missing
 
     def listen(self, until_ns: int) -> None:
-        """
-        Take what comes until ``until_ns``, asking nothing.
-
-        :raises ActuatorError: if the bus fails or the controller is off the bus.
-        """
+        """Take what comes until ``until_ns``, asking nothing."""
         with self._guard():
             while (timeout := (until_ns - self._clock.now_ns()) * 1e-9) > 0.0:
                 message = self.bus.recv(timeout)
@@ -229,10 +223,11 @@ class BusCycle:
         return True
 
     def _be_patient(self, request: Request) -> None:
-        until_ns = self._clock.now_ns() + request.patience_ns
-        for actuator in self._actuators.values():
-            if actuator.reply_id == _reply_id(request.key):
-                self._patient[request.key] = until_ns, actuator
+        # A key begins with the identifier of the reply.
+        reply_id = request.key[0] if isinstance(request.key, tuple) else None
+        if reply_id in self._actuators:
+            until_ns = self._clock.now_ns() + request.patience_ns
+            self._patient[request.key] = until_ns, self._actuators[reply_id]
 
     def _collect(self, pending: dict[Hashable, Request], deadline_ns: int) -> set[Hashable]:
         missing: set[Hashable] = set()
@@ -323,7 +318,3 @@ class BusCycle:
             self._off = False
         elif self.trouble & BusTrouble.BUS_OFF:
             self._off = True
-
-
-def _reply_id(key: Hashable) -> object:
-    return key[0] if isinstance(key, tuple) and key else None

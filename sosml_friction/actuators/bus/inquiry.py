@@ -18,12 +18,9 @@ _SECOND_NS = 20_000_000
 
 class Inquiry:
     """
-    Send questions and collect what comes back.
+    Send questions on an open bus that is nobody else's, and collect what comes back.
 
-    :param bus: open, and nobody else's.
-    :param ids: numbers of motors to ask.
-    :param dbc: DBC file of the servo bridge to ask, '' for none.
-    :param answer_time: how long to wait for an answer [s].
+    ``ids`` are the numbers of motors to ask, ``dbc`` the file of the servo bridge to ask or ''.
     """
 
     def __init__(
@@ -45,12 +42,7 @@ class Inquiry:
         requests: Mapping[int, Frame],
         is_answer: Callable[[Frame, Frame], bool] = lambda asked, reply: True,
     ) -> list[Frame]:
-        """
-        Send each request and return the replies, double ones as well.
-
-        :param requests: by the identifier their replies come from.
-        :param is_answer: tells whether a reply from there, the second, answers the first.
-        """
+        """Send requests, by the identifier of their replies, and return these, double ones too."""
         for frame in requests.values():
             self._bus.send(frame.to_message())
         replies: list[Frame] = []

@@ -18,7 +18,7 @@ SLCAN_SERVER = 'slcan_server'
 
 def open_bus(interface: str, channel: str, bitrate: int) -> can.BusABC:
     """
-    Open a CAN bus.
+    Open a CAN bus; a ConfigurationError or an ActuatorError says why it cannot be.
 
     :param interface: a python-can interface (``socketcan``, ``slcan``, ``virtual``,
         ``udp_multicast``, ``pcan``, ...) or ``slcan_server``, the adapter's end of slcan on TCP.
@@ -26,8 +26,6 @@ def open_bus(interface: str, channel: str, bitrate: int) -> can.BusABC:
         ``socket://127.0.0.1:29536``, ``127.0.0.1:29536`` or ``pty:/tmp/can`` for
         ``slcan_server``.
     :param bitrate: bit/s, set where the interface can.
-    :raises ConfigurationError: if python-can has no such interface, or its driver is missing.
-    :raises ActuatorError: if it cannot be opened.
     """
     arguments: dict[str, Any] = {'channel': channel, 'bitrate': bitrate}
     try:

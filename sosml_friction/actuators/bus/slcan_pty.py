@@ -52,10 +52,8 @@ class SlcanPtyBus(SlcanServerBus):
     """
     Be the slcan adapter at a pseudo-terminal; see :class:`SlcanServerBus` for all else.
 
-    python-can's ``slcan`` interface with the path of ``channel`` is the other end.
-
-    :param channel: ``pty:PATH``; PATH becomes a link to the terminal and is removed at the end.
-    :raises can.CanInitializationError: if there is a file at PATH or none can be made.
+    python-can's ``slcan`` interface with the path of ``channel``, ``pty:PATH``, is the other end.
+    PATH becomes a link to the terminal and is removed at the end.
     """
 
     def __init__(self, channel: str, **kwargs: Any) -> None:

@@ -6,7 +6,7 @@ import contextlib
 import select
 import socket
 import time
-from typing import Any, Protocol
+from typing import Any
 
 import can
 
@@ -18,22 +18,6 @@ _SERIAL_NUMBER = b'NEMUL\r'
 _STATUS = b'F00\r'
 # Bit 7: bus error, as CAN232 tells bus-off.
 _BUS_ERROR = b'F80\r'
-
-
-class Connection(Protocol):
-    """What a client is reached through: a socket, or something like one."""
-
-    def fileno(self) -> int:
-        """Return the descriptor to wait on."""
-
-    def recv(self, size: int, /) -> bytes:
-        """Return what the client sent."""
-
-    def sendall(self, data: bytes, /) -> None:
-        """Send to the client."""
-
-    def close(self) -> None:
-        """Hang up."""
 
 
 class SlcanServerBus(can.BusABC):
@@ -57,7 +41,8 @@ class SlcanServerBus(can.BusABC):
 
     def __init__(self, channel: str = '127.0.0.1:29536', **kwargs: Any) -> None:
         self._listener: socket.socket | None = None
-        self._client: Connection | None = None
+        #: A socket, or something like one.
+        self._client: Any = None
         self._listen(str(channel))
         #: Whether a client has opened the channel.
         self.connected = False
@@ -120,8 +105,7 @@ class SlcanServerBus(can.BusABC):
             wait = None if deadline is None else max(0.0, deadline - time.monotonic())
             if self._client is None and self._listener is None:
                 self._accept()
-            source = self._client or self._listener
-            assert source is not None
+            source: Any = self._client or self._listener
             ready, _, _ = select.select([source], [], [], wait)
             if not ready:
                 if self._answers:
@@ -141,7 +125,6 @@ class SlcanServerBus(can.BusABC):
             self._client = client
 
     def _read(self) -> None:
-        assert self._client is not None
         try:
             data = self._client.recv(4096)
         except BlockingIOError:

@@ -1,27 +1,27 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What must fit before a driver is made: limits, identifiers, the load of the bus."""
+"""What must be right before joints are driven: limits, identifiers, bus load, the start-ups."""
 
 import math
 from collections.abc import Sequence
 
 from sosml_friction.actuators.actuator import Actuator
+from sosml_friction.actuators.bus.clock import Clock
+from sosml_friction.actuators.bus.cycle import BusCycle
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
+from sosml_friction.actuators.driver.start_up import ANSWER_TIMEOUT_NS, Check, StartUp
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import JointLimits, Robot
 
 # A standard frame of 8 bytes with its pause: without and with the worst stuffing.
 FRAME_BITS = 111
 FRAME_BITS_STUFFED = 135
+# How long the bus is listened to at a time.
+_LISTEN_NS = 20_000_000
 
 
 def check_robot(robot: Robot, names: tuple[str, ...], who: str) -> None:
-    """
-    Refuse a model of other joints, and limits that limit nothing: comparison with NaN is false.
-
-    :param who: has the joints ``names``.
-    :raises ConfigurationError: with the joint and its limit.
-    """
+    """Refuse a model of other joints, and limits that limit nothing, NaN among them."""
     if robot.names != names:
         raise ConfigurationError(
             f'the model has the joints {", ".join(robot.names)}, the {who} {", ".join(names)}: '
@@ -44,11 +44,7 @@ def check_robot(robot: Robot, names: tuple[str, ...], who: str) -> None:
 def make_actuators(
     configuration: DriverConfiguration, limits: Sequence[JointLimits]
 ) -> list[Actuator]:
-    """
-    Build the actuator of each joint.
-
-    :raises ConfigurationError: if two of them answer from the same identifier.
-    """
+    """Build the actuator of each joint; one identifier for two is a ConfigurationError."""
     actuators = [
         Actuator.kind(joint.driver)(
             joint,
@@ -85,3 +81,41 @@ def bus_load(
         f'{configuration.bitrate} bit/s'
     )
     return worst, text
+
+
+def run_start_ups(
+    cycle: BusCycle,
+    clock: Clock,
+    actuators: Sequence[Actuator],
+    *,
+    read_only: bool = True,
+    watchdog: bool = True,
+) -> tuple[Check, ...]:
+    """
+    Run the start-ups of ``actuators`` and return what each step found, joint by joint.
+
+    ``read_only`` writes nothing to any motor: its ``watchdog``, which takes a second to judge, is
+    never set.
+    """
+    start_ups = [
+        StartUp(own.name, own.start_up(read_only=read_only, watchdog=watchdog), own.silence())
+        for own in actuators
+    ]
+    while not all(own.done for own in start_ups):
+        _listen(cycle, clock, start_ups)
+        asked = [own.requests() for own in start_ups]
+        requests = [request for own in asked for request in own]
+        end_ns = clock.now_ns() + ANSWER_TIMEOUT_NS
+        missing = cycle.exchange(requests, end_ns) if requests else set()
+        for own, mine in zip(start_ups, asked, strict=True):
+            own.take(missing, mine)
+    return tuple(check for own in start_ups for check in own.checks)
+
+
+def _listen(cycle: BusCycle, clock: Clock, start_ups: Sequence[StartUp]) -> None:
+    pausing = [own for own in start_ups if own.pause_ns]
+    if not pausing:
+        return
+    end_ns = clock.now_ns() + max(own.pause_ns for own in pausing)
+    while clock.now_ns() < end_ns and not all(own.heard() for own in pausing):
+        cycle.listen(min(end_ns, clock.now_ns() + _LISTEN_NS))

@@ -67,10 +67,10 @@ class CycleThread(threading.Thread):
 
     def stop(self, patience: float = 5.0) -> bool:
         """
-        End after the present cycle and wait until the outputs are off.
+        End after the present cycle and wait until the outputs are off; return whether they are.
 
-        :param patience: how long to wait for a call into the CAN driver that never returns [s].
-        :return: False if it has not returned: then the outputs are not known to be off.
+        A call into the CAN driver that does not return within ``patience`` [s] may never: then the
+        outputs are not known to be off.
         """
         self._stop_event.set()
         if self.is_alive() and threading.current_thread() is not self:

@@ -52,11 +52,7 @@ class DriveMotion:
         self.follower = TrajectoryFollower(np.zeros(len(self._names)))
 
     def prepare(self, trajectory: Trajectory, q: FloatArray) -> Trajectory:
-        """
-        Check a trajectory as a whole, to be started at ``q``.
-
-        :raises TrajectoryError: if it does not fit.
-        """
+        """Check a trajectory as a whole, to be started at ``q``."""
         return prepare_trajectory(trajectory, self._names, self._limits, q, self._tolerance)
 
     def brake(self, q: FloatArray, v: FloatArray) -> None:

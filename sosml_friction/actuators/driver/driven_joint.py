@@ -210,12 +210,7 @@ class DrivenJoint:
         self._restarted &= bool(problem)
 
     def report(self, problem: str, reference: float) -> JointReport:
-        """
-        Return a snapshot for diagnostics.
-
-        :param problem: what would fault it now.
-        :param reference: where it should be, NaN while it is not driven [rad or m].
-        """
+        """Return a snapshot: its problem, and its reference, NaN while not driven."""
         actuator = self.actuator
         return JointReport(
             **vars(actuator.measurement),

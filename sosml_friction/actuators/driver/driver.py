@@ -14,7 +14,12 @@ import numpy as np
 
 from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import trouble_names
-from sosml_friction.actuators.driver.checks import bus_load, check_robot, make_actuators
+from sosml_friction.actuators.driver.checks import (
+    bus_load,
+    check_robot,
+    make_actuators,
+    run_start_ups,
+)
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.cycle_watch import CycleWatch
 from sosml_friction.actuators.driver.drive_motion import DriveMotion
@@ -23,7 +28,6 @@ from sosml_friction.actuators.driver.driver_bus import DriverBus
 from sosml_friction.actuators.driver.joint_sample import JointSample
 from sosml_friction.actuators.driver.report import DriverReport, DriverState
 from sosml_friction.actuators.driver.start_up import Check, Request
-from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import (
     ActuatorError,
@@ -48,8 +52,8 @@ class JointDriver:
     and position actuators are off.
 
     A fault sets all of them back to that and is latched with its reason until the next
-    :meth:`enable`. docs/driver.md says what a fault is, and how a lost bus comes back. As a
-    context manager it ends in :meth:`shut_down`. ``checks``: what the last whole start-up found.
+    :meth:`enable`. docs/driver.md says what a fault is, and how a lost bus comes back. ``checks``:
+    what the last whole start-up found.
 
     :param robot: the nominal model, joints in the order of the configuration; this object alone
         may use it.
@@ -96,20 +100,10 @@ class JointDriver:
         """Return the bus in use: after a recovery it may be another one."""
         return self._bus.cycle.bus
 
-    def __enter__(self) -> JointDriver:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.shut_down()
-
     # ---- what is asked of it
 
     def configure(self) -> None:
-        """
-        Ask every actuator who and where it is, without commanding any motor.
-
-        :raises ActuatorError: if one is silent, reports a fault, or is outside its joint's limits.
-        """
+        """Ask every actuator who and where it is, without commanding any motor."""
         self.checks = run_start_ups(self._bus.cycle, self._clock, self._actuators, read_only=False)
         for check in self.checks:
             if check.problem:
@@ -127,8 +121,7 @@ class JointDriver:
         """
         Hold the joints, braking those that move; clears a latched fault whose cause is gone.
 
-        :raises ActuatorError: if an actuator is silent, faulty or outside its limits, or no cycle
-            has run yet.
+        It is refused if an actuator is silent, faulty or outside its limits, or no cycle has run.
         """
         with self._lock:
             if self.state is DriverState.ENABLED:
@@ -148,11 +141,7 @@ class JointDriver:
             self.state = DriverState.ENABLED
 
     def _refuse(self, joint: DrivenJoint) -> None:
-        """
-        Refuse to drive a joint that has a problem or is not known well enough.
-
-        :raises ActuatorError: with the reason.
-        """
+        """Refuse to drive a joint that has a problem or is not known well enough."""
         problem = self._problem(joint)
         if not problem and joint.away:
             problem = f'joint {joint.name} was away and is being asked anew: try again'
@@ -172,11 +161,7 @@ class JointDriver:
                 self._hold()
 
     def stop(self) -> None:
-        """
-        Drop the trajectory, brake with ``stop_deceleration`` and hold.
-
-        :raises ActuatorError: if the driver is not enabled.
-        """
+        """Drop the trajectory, brake with ``stop_deceleration`` and hold; only where enabled."""
         with self._lock:
             if self.state is not DriverState.ENABLED:
                 raise ActuatorError(f'the driver is {self.state.value}: there is nothing to stop')
@@ -184,11 +169,7 @@ class JointDriver:
             self._motion.brake(last.q, last.v)
 
     def follow(self, trajectory: Trajectory) -> None:
-        """
-        Check a trajectory as a whole and start it in the next cycle, in place of a running one.
-
-        :raises TrajectoryError: if it does not fit, or the driver is not enabled.
-        """
+        """Check a trajectory as a whole and start it in the next cycle, in place of another."""
         with self._lock:
             if self.state is not DriverState.ENABLED:
                 raise TrajectoryError(
@@ -208,11 +189,7 @@ class JointDriver:
             self._motion.follower.follow(prepared)
 
     def heartbeat(self) -> None:
-        """
-        Say that the program around the driver is alive.
-
-        From the first call on, ``host_timeout`` without another one is a fault.
-        """
+        """Say that the program around is alive; then silence for ``host_timeout`` is a fault."""
         self._watch.heartbeat(self._clock.now_ns())
 
     def fault(self, reason: str) -> None:
@@ -240,8 +217,6 @@ class JointDriver:
 
         The next cycle begins when all replies are in, or ``reply_timeout`` has passed: a late
         reply of an RMD-X, which numbers nothing, could not be told from the next one.
-
-        :raises ActuatorError: if the driver is not configured.
         """
         start_ns = self._clock.now_ns()
         if self.state is DriverState.UNCONFIGURED:

@@ -9,8 +9,8 @@ import can
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import BusCycle
+from sosml_friction.actuators.driver.checks import run_start_ups
 from sosml_friction.actuators.driver.start_up import Check, Request
-from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.exceptions import ActuatorError
 
 SHUT_DOWN_TIMEOUT_NS = 20_000_000
@@ -25,9 +25,7 @@ class DriverBus:
     Exchange frames and survive the loss of the bus; one thread may use it.
 
     ``error`` says why the bus is lost, '' while it is there. ``deaf``: nobody answered the last
-    exchange at all.
-
-    :param reopen: opens the bus again after its adapter was lost; it may take its time.
+    exchange at all. ``reopen`` may take its time.
     """
 
     def __init__(
@@ -75,11 +73,7 @@ class DriverBus:
         self._retry_ns = self._clock.now_ns() + RETRY_NS
 
     def recover(self, now_ns: int) -> bool:
-        """
-        Try a lost bus again: first nothing, then one harmless question to each actuator.
-
-        Return whether somebody has answered; then all have been let go.
-        """
+        """Try a lost bus again; if somebody answers a harmless question, let all go: True."""
         if now_ns < self._retry_ns:
             return False
         self._retry_ns = now_ns + RETRY_NS

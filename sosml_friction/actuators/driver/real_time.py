@@ -15,13 +15,10 @@ _CURRENT, _FUTURE, _ON_FAULT = 1, 2, 4
 
 def take_real_time(thread: int, priority: int) -> str:
     """
-    Give a thread the policy SCHED_FIFO, and lock the memory of its process.
+    Give a thread SCHED_FIFO, and lock its process's memory; ``priority`` 0 asks for nothing.
 
-    Threads that it starts do not inherit the policy.
-
-    :param thread: its native number.
-    :param priority: 1 to 99; 0 asks for nothing.
-    :return: what is not permitted and how to grant it, '' if nothing is lacking.
+    Return what is not permitted and how to grant it, '' if nothing is lacking. Threads that it
+    starts do not inherit the policy.
     """
     if not priority:
         return ''

@@ -4,7 +4,7 @@
 The start-up of an actuator as a list of steps: ask, check, say. No input or output here.
 
 An :class:`~sosml_friction.actuators.actuator.Actuator` gives its steps; :class:`StartUp` walks
-through them; :func:`~.start_up_run.run_start_ups` sends and receives.
+through them; :func:`~.checks.run_start_ups` sends and receives.
 """
 
 from collections.abc import Callable, Hashable, Sequence
@@ -108,12 +108,7 @@ class StartUp:
         return [] if self.done else self._steps[0].requests()
 
     def take(self, missing: set[Hashable], asked: Sequence[Request]) -> None:
-        """
-        End a round.
-
-        :param missing: keys without a reply.
-        :param asked: what :meth:`requests` returned in this round.
-        """
+        """End a round: of what was ``asked`` the keys ``missing`` had no reply."""
         if self.done:
             return
         step = self._steps[0]
@@ -121,15 +116,11 @@ class StartUp:
             self._attempt += 1
             if self._attempt < step.attempts:
                 return
-            check = self._unanswered(step)
+            silent = Check(self.joint, step.name, 'no answer', problem=self._silence)
+            check = silent if step.unanswered is None else step.unanswered()
         else:
             check = step.check()
         self._attempt = 0
         del self._steps[0]
         if check is not None:
             self.checks.append(check)
-
-    def _unanswered(self, step: Step) -> Check | None:
-        if step.unanswered is not None:
-            return step.unanswered()
-        return Check(self.joint, step.name, 'no answer', problem=self._silence)

@@ -31,10 +31,7 @@ class EmulatedActuator(ABC):
     good hardware of this type is, each with a default. Its fields are parameters of the emulator.
 
     :param mount: of the joint; only what says how the actuator is mounted counts.
-    :param options: an object of the type's ``options_type``.
-    :param current_limit: the hardware's own [A].
-    :param seed: of this actuator's own noise, so that one actuator's traffic does not change
-        another's.
+    :param seed: of its own noise, so that one actuator's traffic does not change another's.
     """
 
     options_type: ClassVar[type]
@@ -115,11 +112,7 @@ class EmulatedActuator(ABC):
         return any(fault.name == name for fault in self._faults)
 
     def set_faults(self, faults: tuple[Fault, ...], q: float) -> None:
-        """
-        Have these faults from now on, and no others.
-
-        :param q: the joint's true position, where a stuck encoder stays [rad or m].
-        """
+        """Have these faults and no others; a stuck encoder stays at the true position ``q``."""
         self._faults = faults
         if not self.has_fault('stuck_encoder'):
             self._stuck_at = None
@@ -152,12 +145,7 @@ class EmulatedActuator(ABC):
 
     @abstractmethod
     def handle(self, frame: Frame, t_ns: int, q: float, v: float) -> Frame | None:
-        """
-        Take a frame that arrived at ``t_ns`` and return the reply, or None.
-
-        :param q: the joint's position at that time [rad or m].
-        :param v: its velocity.
-        """
+        """Take a frame that arrived at ``t_ns``; return the reply, or None."""
 
     @abstractmethod
     def control(self, t_ns: int, q: float, v: float) -> None:

@@ -11,7 +11,13 @@ import numpy as np
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.emulator.emulated_actuator import CURRENT_LOOP, EmulatedActuator
-from sosml_friction.actuators.emulator.fault import Fault, FaultPlace, parse_faults
+from sosml_friction.actuators.emulator.fault import (
+    REPLIES,
+    REQUESTS,
+    Fault,
+    FaultPlace,
+    parse_faults,
+)
 from sosml_friction.actuators.emulator.frame_faults import FRAME_NS, FrameFaults, TimedFrame
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.joint_configuration import JointConfiguration
@@ -33,19 +39,16 @@ class ExoskeletonEmulator:
     after its arrival, a measurement is extrapolated from the one before. So the same frames at the
     same times give the same answers, bit for bit, for one seed.
 
-    :meth:`inject` lets faults of :data:`~.fault.FAULTS` begin at the
-    present time. What ``bus_off``, ``tx_full`` and ``adapter_gone`` look like to the host is the
-    bus object's matter; here no frame passes meanwhile.
+    What ``bus_off``, ``tx_full`` and ``adapter_gone`` look like to the host is the bus object's
+    matter; here no frame passes meanwhile.
 
     Not modelled: bus arbitration, error counters and load; joint end stops, sticking (a static
     smooth friction creeps), backlash, joint elasticity, the wearer, temperature-dependent
     friction; and what the emulated actuators say of themselves.
 
-    :param model: the truth: rigid body, armature and friction of each joint.
     :param mounts: the actuator of each joint: type, identifier, direction, zero offset and torque
         constant of the hardware that is really there.
     :param position: where the joints rest at the start (n,) [rad or m].
-    :raises ConfigurationError: if joints or numbers do not fit.
     """
 
     def __init__(
@@ -73,8 +76,10 @@ class ExoskeletonEmulator:
             np.zeros(len(position)),
         )
         seeds = np.random.SeedSequence(seed).spawn(len(self.names) + 1)
-        self.actuators = tuple(
-            self._make(mount, own_seed) for mount, own_seed in zip(mounts, seeds[:-1], strict=True)
+        kinds = [Actuator.kind(mount.driver).emulated_type for mount in mounts]
+        self.actuators: tuple[EmulatedActuator, ...] = tuple(
+            kind(mount, self.options.of(kind), own_seed)
+            for kind, mount, own_seed in zip(kinds, mounts, seeds[:-1], strict=True)
         )
         self._by_id = {actuator.request_id: i for i, actuator in enumerate(self.actuators)}
         if len(self._by_id) != len(self.actuators):
@@ -94,10 +99,6 @@ class ExoskeletonEmulator:
         self._late: list[tuple[int, int, int, Frame]] = []
         self._sent: list[TimedFrame] = []
         self._count = 0
-
-    def _make(self, mount: JointConfiguration, seed: np.random.SeedSequence) -> EmulatedActuator:
-        kind = Actuator.kind(mount.driver).emulated_type
-        return kind(mount, self.options.of(kind), seed)
 
     @property
     def q(self) -> FloatArray:
@@ -135,18 +136,12 @@ class ExoskeletonEmulator:
                 actuator.advance(share)
                 effort[i] = actuator.effort
                 for frame in actuator.take_unsolicited():
-                    self._sent += self._frame_faults.replies(
-                        actuator.name, [(self.time_ns, frame)], self.faults
-                    )
+                    self._sent += self._reply(actuator.name, self.time_ns, frame)
             plant.step(effort, h)
             self.time_ns += STEP_NS
 
     def handle(self, frame: Frame, t_ns: int) -> list[tuple[int, Frame]]:
-        """
-        Take a frame that arrived at ``t_ns`` and return its replies with the times they leave.
-
-        Times must not decrease from call to call.
-        """
+        """Take a frame that arrived at ``t_ns``, which never falls; return its timed replies."""
         i = self._by_id.get(frame.can_id)
         if i is None:
             self.foreign_frames += 1
@@ -154,9 +149,9 @@ class ExoskeletonEmulator:
         self.advance(t_ns)
         if self.bus_fault() is not None:
             return []
-        name = self.names[i]
         replies: list[TimedFrame] = []
-        for arrival_ns, heard in self._frame_faults.requests(name, frame, t_ns, self.faults):
+        heard_at = self._frame_faults.through(self.names[i], REQUESTS, t_ns, frame, self.faults)
+        for arrival_ns, heard in heard_at:
             if arrival_ns > t_ns:
                 self._count += 1
                 heapq.heappush(self._late, (arrival_ns, self._count, i, heard))
@@ -177,7 +172,10 @@ class ExoskeletonEmulator:
         t_reply = max(t_ns + round(delay * 1e9), self._last_reply_ns[i] + FRAME_NS)
         self._last_reply_ns[i] = t_reply
         t_reply += self.actuators[i].reply_delay_ns(frame)
-        return self._frame_faults.replies(self.names[i], [(t_reply, reply)], self.faults)
+        return self._reply(self.names[i], t_reply, reply)
+
+    def _reply(self, joint: str, t_ns: int, frame: Frame) -> list[TimedFrame]:
+        return self._frame_faults.through(joint, REPLIES, t_ns, frame, self.faults)
 
     def take_sent(self) -> list[tuple[int, Frame]]:
         """
@@ -198,27 +196,20 @@ class ExoskeletonEmulator:
         return next((own for own in self.faults if own.kind.place is FaultPlace.BUS), None)
 
     def inject(self, faults: str) -> None:
-        """
-        Let faults begin, besides those that stand: ``drop joint=shoulder; delay seconds=0.01``.
-
-        :raises ConfigurationError: if one of them does not exist; then none begins.
-        """
+        """Let faults begin besides those that stand, all or, in error, none."""
         for fault in parse_faults(faults, self.names):
             self._set((*self.faults, *(() if fault.kind.event else (fault,))))
             if fault.kind.place is FaultPlace.ACTUATOR:
-                for actuator in self._met_by(fault):
-                    actuator.happen(fault, self.time_ns)
+                for actuator in self.actuators:
+                    if fault.joint in ('', actuator.name):
+                        actuator.happen(fault, self.time_ns)
 
     def clear(self, name: str = '') -> None:
         """End the faults called ``name``, all if it is empty."""
         self._set(tuple(own for own in self.faults if name and own.name != name))
 
     def set_faults(self, faults: str) -> None:
-        """
-        Have these faults and no others: those that stand already go on, the others begin.
-
-        :raises ConfigurationError: if one of them does not exist; then nothing changes.
-        """
+        """Have these faults and no others: those that stand already go on, the others begin."""
         wanted = parse_faults(faults, self.names)
         before, self._wanted = self._wanted, wanted
         self._set(tuple(own for own in self.faults if own in wanted))
@@ -227,14 +218,11 @@ class ExoskeletonEmulator:
     def _set(self, faults: tuple[Fault, ...]) -> None:
         self.faults = faults
         self._frame_faults.forget()
+        own = [fault for fault in faults if fault.kind.place is FaultPlace.ACTUATOR]
         for actuator, q in zip(self.actuators, self.plant.q.tolist(), strict=True):
-            own = (fault for fault in faults if fault.kind.place is FaultPlace.ACTUATOR)
             actuator.set_faults(
                 tuple(fault for fault in own if fault.joint in ('', actuator.name)), q
             )
-
-    def _met_by(self, fault: Fault) -> list[EmulatedActuator]:
-        return [actuator for actuator in self.actuators if fault.joint in ('', actuator.name)]
 
 
 def hanging_position(count: int) -> tuple[float, ...]:

@@ -45,11 +45,7 @@ class EmulatorThread(threading.Thread):
         emulator.advance(emulator.time_ns + STEP_NS)
 
     def set_faults(self, faults: str) -> None:
-        """
-        Have these faults and no others, from any thread; they begin with the next frame or tick.
-
-        :raises ConfigurationError: if one of them does not exist; then nothing changes.
-        """
+        """Have these faults and no others, from any thread, from the next frame or tick on."""
         parse_faults(faults, self._emulator.names)
         self._wanted.put(faults)
 

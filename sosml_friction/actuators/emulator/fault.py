@@ -22,11 +22,7 @@ class FaultPlace(Enum):
 
 @dataclass(frozen=True)
 class FaultArgument:
-    """
-    Describe one argument of a fault.
-
-    A number lies between ``low`` and ``high``; a word is one of ``choices``.
-    """
+    """Describe an argument: a number from ``low`` to ``high``, or one of the words ``choices``."""
 
     name: str
     default: float | str
@@ -48,10 +44,6 @@ class FaultKind:
     place: FaultPlace
     arguments: tuple[FaultArgument, ...] = ()
     event: bool = False
-
-    def argument(self, name: str) -> FaultArgument | None:
-        """Return the argument called ``name``, or None."""
-        return next((own for own in self.arguments if own.name == name), None)
 
 
 #: Share of the frames that a fault meets, which frames these are, and how long an actuator does
@@ -103,11 +95,7 @@ _BY_NAME = {kind.name: kind for kind in FAULTS}
 
 @dataclass(frozen=True)
 class Fault:
-    """
-    Hold one fault: its kind, the joint it meets ('' for all) and its arguments.
-
-    Made from words by :func:`parse_fault`.
-    """
+    """Hold a fault, made by :func:`parse_fault`: kind, joint it meets ('' for all), arguments."""
 
     kind: FaultKind
     joint: str
@@ -141,12 +129,7 @@ class Fault:
 
 
 def parse_fault(text: str, joints: Sequence[str]) -> Fault:
-    """
-    Return the fault that ``text`` names: ``drop joint=shoulder fraction=0.5``.
-
-    :param joints: the joints there are; without ``joint=`` a fault meets them all.
-    :raises ConfigurationError: if there is no such fault, joint or argument.
-    """
+    """Return the fault that ``text`` names: ``drop joint=shoulder fraction=0.5``."""
     name, *words = text.split() or ['']
     kind = _BY_NAME.get(name)
     if kind is None:
@@ -154,11 +137,12 @@ def parse_fault(text: str, joints: Sequence[str]) -> Fault:
             f'there is no fault {name!r}: use one of {", ".join(_BY_NAME)}, as in drop '
             'joint=shoulder fraction=0.5'
         )
-    given: dict[str, float | str] = {own.name: own.default for own in kind.arguments}
+    arguments = {own.name: own for own in kind.arguments}
+    given: dict[str, float | str] = {key: own.default for key, own in arguments.items()}
     joint = ''
     for word in words:
         key, _, value = word.partition('=')
-        argument = kind.argument(key)
+        argument = arguments.get(key)
         if key == 'joint' and kind.place is not FaultPlace.BUS:
             if value not in joints:
                 raise ConfigurationError(
@@ -166,8 +150,7 @@ def parse_fault(text: str, joints: Sequence[str]) -> Fault:
                 )
             joint = value
         elif argument is None:
-            known = [own.name for own in kind.arguments]
-            known += [] if kind.place is FaultPlace.BUS else ['joint']
+            known = [*arguments, *([] if kind.place is FaultPlace.BUS else ['joint'])]
             raise ConfigurationError(
                 f'fault {name} has no argument {word!r}: it takes {", ".join(known) or "none"}'
             )
@@ -177,11 +160,7 @@ def parse_fault(text: str, joints: Sequence[str]) -> Fault:
 
 
 def parse_faults(text: str, joints: Sequence[str]) -> tuple[Fault, ...]:
-    """
-    Return the faults that ``text`` names with semicolons between them; none if it is empty.
-
-    :raises ConfigurationError: if one of them does not exist.
-    """
+    """Return the faults that ``text`` names with semicolons between them; none if it is empty."""
     return tuple(parse_fault(part, joints) for part in text.split(';') if part.strip())
 
 

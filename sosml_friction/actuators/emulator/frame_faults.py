@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What happens to frames between the host and an emulated actuator."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.emulator.fault import REPLIES, REQUESTS, Fault
+from sosml_friction.actuators.emulator.fault import Fault
 
 # Two frames of 8 bytes at 1 Mbit/s are at least this far apart.
 FRAME_NS = 130_000
@@ -21,34 +21,21 @@ class FrameFaults:
 
     Only faults draw random numbers here, so that a run without any is the same with and without
     this class.
-
-    :param seed: of what is chosen by chance.
     """
 
     def __init__(self, seed: np.random.SeedSequence) -> None:
         self._rng = np.random.default_rng(seed)
         self._held: dict[str, Frame] = {}
 
-    def requests(
-        self, joint: str, frame: Frame, t_ns: int, faults: Sequence[Fault]
-    ) -> list[TimedFrame]:
-        """Return what becomes of a request to ``joint``, with the times of arrival [ns]."""
-        return self._through(joint, REQUESTS, [(t_ns, frame)], faults)
-
-    def replies(
-        self, joint: str, frames: Sequence[TimedFrame], faults: Sequence[Fault]
-    ) -> list[TimedFrame]:
-        """Return what becomes of replies of ``joint``."""
-        return self._through(joint, REPLIES, frames, faults)
-
     def forget(self) -> None:
         """Drop what is held back."""
         self._held.clear()
 
-    def _through(
-        self, joint: str, direction: str, frames: Iterable[TimedFrame], faults: Sequence[Fault]
+    def through(
+        self, joint: str, direction: str, t_ns: int, frame: Frame, faults: Iterable[Fault]
     ) -> list[TimedFrame]:
-        result = list(frames)
+        """Return what becomes of a request to a joint, or a reply, with times of arrival [ns]."""
+        result = [(t_ns, frame)]
         for fault in faults:
             if fault.meets(joint, direction):
                 result = [

@@ -17,7 +17,7 @@ int16, voltage 0.1 V uint16. Values are rounded to the nearest count and saturat
 Not coded, as nothing here sends it: the motion mode (0x400 + id), gains and accelerations (0x30
 to 0x43), functions, identifiers and bit rate (0x20, 0x79, 0xB4), angles, positions and encoder
 values within a turn (0x94, 0xA6, 0x90), increments (0xA8), mode, power and phase currents (0x70,
-0x71, 0x9D), writing the zero (0x63, 0x64), and unasked replies (0xB6).
+0x71, 0x9D), a reset (0x76), writing the zero (0x63, 0x64), and unasked replies (0xB6).
 """
 
 from collections.abc import Mapping
@@ -42,8 +42,6 @@ Shutdown = bare('Shutdown', Command.SHUTDOWN)  # The joint is free.
 Stop = bare('Stop', Command.STOP)  # The motor's own loop holds.
 ReleaseBrake = bare('ReleaseBrake', Command.BRAKE_RELEASE)
 LockBrake = bare('LockBrake', Command.BRAKE_LOCK)
-# Not answered; the motor is away for about 1.1 s.
-Reset = bare('Reset', Command.RESET)
 ReadAngle = bare('ReadAngle', Command.ANGLE)
 ReadEncoder = bare('ReadEncoder', Command.ENCODER)
 ReadStatus = bare('ReadStatus', Command.STATUS)
@@ -110,7 +108,7 @@ ECHOED = (Shutdown, Stop, ReleaseBrake, LockBrake, SetTimeout)
 """What is answered by itself."""
 
 REQUESTS = by_command(
-    *ECHOED, Reset, ReadAngle, ReadEncoder, ReadStatus, ReadMotion, ReadUptime, ReadVersion,
+    *ECHOED, ReadAngle, ReadEncoder, ReadStatus, ReadMotion, ReadUptime, ReadVersion,
     ReadModel, SetCurrent, SetSpeed, SetPosition,
 )  # fmt: skip
 
@@ -228,32 +226,18 @@ Reply = Message
 
 
 def encode_request(motor_id: int, request: Request) -> Frame:
-    """
-    Return the frame the host sends.
-
-    :raises CanProtocolError: if the id is not 1..32, a value is not finite, or ``request`` is a
-        reply.
-    """
+    """Return the frame the host sends."""
     return Frame(REQUEST_BASE + checked_id(motor_id), _pack(request, REQUESTS, 'request'))
 
 
 def decode_request(frame: Frame) -> tuple[int, Request]:
-    """
-    Return the motor's id, 0 for all of them, and what it is asked.
-
-    :raises CanProtocolError: if the frame is none of the requests.
-    """
+    """Return the motor's id, 0 for all of them, and what it is asked."""
     motor_id = 0 if frame.can_id == BROADCAST_ID else _id_of(frame, REQUEST_BASE)
     return motor_id, _unpack(frame, REQUESTS, 'asks')
 
 
 def encode_reply(motor_id: int, reply: Reply, protocol: Protocol = Protocol.V3) -> Frame:
-    """
-    Return the frame the motor sends.
-
-    :raises CanProtocolError: if the id is not 1..32, a value is not finite, or the protocol has no
-        such reply.
-    """
+    """Return the frame the motor sends."""
     return Frame(
         REPLY_BASE + checked_id(motor_id),
         _pack(reply, REPLIES[protocol], f'reply of {protocol.value}'),
@@ -261,20 +245,12 @@ def encode_reply(motor_id: int, reply: Reply, protocol: Protocol = Protocol.V3) 
 
 
 def decode_reply(frame: Frame, protocol: Protocol = Protocol.V3) -> tuple[int, Reply]:
-    """
-    Return the motor's id and what it says.
-
-    :raises CanProtocolError: if the frame is none of the replies.
-    """
+    """Return the motor's id and what it says."""
     return _id_of(frame, REPLY_BASE), _unpack(frame, REPLIES[protocol], 'answers')
 
 
 def checked_id(motor_id: int) -> int:
-    """
-    Return ``motor_id``.
-
-    :raises CanProtocolError: if it is not 1..32.
-    """
+    """Return ``motor_id``, which must be 1..32."""
     if motor_id not in MOTOR_IDS:
         raise CanProtocolError(f'motor id {motor_id} is not between 1 and 32')
     return motor_id

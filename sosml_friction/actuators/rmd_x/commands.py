@@ -13,7 +13,6 @@ class Command(IntEnum):
     """Byte 0 of a frame."""
 
     ENCODER = 0x60
-    RESET = 0x76
     BRAKE_RELEASE = 0x77
     BRAKE_LOCK = 0x78
     SHUTDOWN = 0x80
@@ -93,11 +92,7 @@ class Protocol(Enum):
 
     @classmethod
     def of_version(cls, date: int) -> Protocol:
-        """
-        Return the variant of firmware ``date``, 20220206 or 2026042402.
-
-        :raises CanProtocolError: if that is no date.
-        """
+        """Return the variant of firmware ``date``, 20220206 or 2026042402; no date is an error."""
         number = date * 100 if date < 10**8 else date
         year, month, day = number // 10**6, number // 10**4 % 100, number // 100 % 100
         if not (2010 <= year <= 2099 and 1 <= month <= 12 and 1 <= day <= 31):

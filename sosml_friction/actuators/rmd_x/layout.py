@@ -35,43 +35,6 @@ class Coding:
     decode: Callable[[Any], Any]
 
 
-class Layout:
-    """
-    Say where the values of a message lie.
-
-    :param places: all 8 bytes in the codes of :mod:`struct`, little endian, byte 0 first; ``x`` is
-        a byte that is not used.
-    :param codings: the values by name, in the order of their places. One fewer than there are
-        places: byte 0 is then the message's own command.
-    """
-
-    def __init__(self, places: str, **codings: Coding) -> None:
-        self._struct = struct.Struct(f'<{places}')
-        found = re.findall(r'(\d*)([a-zA-Z])', places.replace('x', ' '))
-        # Seven characters are one value, seven bytes are seven.
-        codes = ''.join(code if code == 's' else int(n or 1) * code for n, code in found)
-        self._fixed = len(codes) == len(codings) + 1
-        own = codes[1:] if self._fixed else codes
-        self._values = [
-            (name, coding, _range(code))
-            for (name, coding), code in zip(codings.items(), own, strict=True)
-        ]
-
-    def pack(self, message: Any, command: int) -> bytes:
-        """Return the 8 bytes of a message that has the values as attributes."""
-        places = [command] if self._fixed else []
-        places += [c.encode(getattr(message, name), span) for name, c, span in self._values]
-        return self._struct.pack(*places)
-
-    def unpack(self, data: bytes) -> dict[str, Any]:
-        """Return the values by name."""
-        places = self._struct.unpack(data)[self._fixed :]
-        return {
-            name: coding.decode(place)
-            for (name, coding, _), place in zip(self._values, places, strict=True)
-        }
-
-
 def _range(code: str) -> range:
     """Return what a place holds; nothing where it is no integer."""
     if code == 's':
@@ -167,12 +130,15 @@ class Message:
     Say something in 8 bytes; this one says nothing but its command.
 
     ``command`` is byte 0. A subclass is a frozen dataclass: the type of a field says how its value
-    is coded, ``places`` where the values lie (see :class:`Layout`), in the order of the fields or
-    in that of ``sequence``.
+    is coded, ``places`` where the values lie, in the order of the fields or of ``sequence``: all 8
+    bytes in the codes of :mod:`struct`, little endian, byte 0 first; ``x`` is not used. Where no
+    place is left for the command, the first value stands in byte 0.
     """
 
     command: ClassVar[Command]
-    layout: ClassVar[Layout] = Layout('B7x')
+    _struct: ClassVar[struct.Struct] = struct.Struct('<B7x')
+    _values: ClassVar[list[tuple[str, Coding, range]]] = []
+    _begins_with_command: ClassVar[bool] = True
 
     def __init_subclass__(
         cls, command: Command, places: str = '', sequence: tuple[str, ...] = (), **kwargs: Any
@@ -180,27 +146,32 @@ class Message:
         super().__init_subclass__(**kwargs)
         cls.command = command
         dataclass(frozen=True)(cls)
-        if places:
-            hints = get_type_hints(cls, include_extras=True)
-            names = sequence or tuple(field.name for field in fields(cls))
-            cls.layout = Layout(places, **{name: hints[name].__metadata__[0] for name in names})
+        if not places:
+            return
+        hints = get_type_hints(cls, include_extras=True)
+        names = sequence or tuple(field.name for field in fields(cls))
+        found = re.findall(r'(\d*)([a-zA-Z])', places.replace('x', ' '))
+        # Seven characters are one value, seven bytes are seven.
+        codes = ''.join(code if code == 's' else int(n or 1) * code for n, code in found)
+        cls._begins_with_command = len(codes) == len(names) + 1
+        cls._struct = struct.Struct(f'<{places}')
+        cls._values = [
+            (name, hints[name].__metadata__[0], _range(code))
+            for name, code in zip(names, codes[cls._begins_with_command :], strict=True)
+        ]
 
     def pack(self) -> bytes:
-        """
-        Return the 8 bytes.
-
-        :raises CanProtocolError: if a value is not finite or no such value exists.
-        """
-        return self.layout.pack(self, self.command)
+        """Return the 8 bytes; a CanProtocolError if there is no such value."""
+        places = [self.command] if self._begins_with_command else []
+        places += [c.encode(getattr(self, name), span) for name, c, span in self._values]
+        return self._struct.pack(*places)
 
     @classmethod
     def unpack(cls, data: bytes) -> Message:
-        """
-        Return what 8 bytes say.
-
-        :raises CanProtocolError: if they say nothing the protocol allows.
-        """
-        return cls(**cls.layout.unpack(data))
+        """Return what 8 bytes say; a CanProtocolError if that is nothing the protocol allows."""
+        places = cls._struct.unpack(data)[cls._begins_with_command :]
+        values = zip(cls._values, places, strict=True)
+        return cls(**{name: coding.decode(place) for (name, coding, _), place in values})
 
 
 def bare(name: str, command: Command) -> type[Message]:

@@ -21,11 +21,7 @@ def is_missing(cell: str) -> bool:
 
 
 def number(cell: str) -> float:
-    """
-    Return the number in a cell, NaN where it is missing.
-
-    :raises ValueError: if it is neither.
-    """
+    """Return the number in a cell, NaN where it is missing; a ValueError if it is neither."""
     # Python reads 1_0 as 10, nobody else does.
     if '_' in cell:
         raise ValueError
@@ -36,11 +32,7 @@ def number(cell: str) -> float:
 
 
 def numbers(cell: str) -> list[float]:
-    """
-    Return the numbers of a list in brackets, such as [0.1, 0.2].
-
-    :raises ValueError: if it is none.
-    """
+    """Return the numbers of a list in brackets such as [0.1, 0.2], else a ValueError."""
     inside = _LIST.fullmatch(cell)
     if inside is None:
         raise ValueError

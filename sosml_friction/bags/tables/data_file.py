@@ -21,7 +21,12 @@ from sosml_friction.bags.tables.excel_file import read_excel
 from sosml_friction.bags.tables.file_kind import JSON_SUFFIXES, PACKED, SUFFIXES, file_kind
 from sosml_friction.bags.tables.hdf5_file import SIGNATURE, read_hdf5
 from sosml_friction.bags.tables.long_table import widened
-from sosml_friction.bags.tables.packed_file import check_size, most_unpacked, read_unpacked
+from sosml_friction.bags.tables.packed_file import (
+    check_size,
+    most_unpacked,
+    read_unpacked,
+    readable,
+)
 from sosml_friction.bags.tables.text_table import read_text_table
 from sosml_friction.exceptions import ConfigurationError, DataError
 
@@ -31,8 +36,10 @@ _TYPES = frozenset((*range(1, 8), 9, 12, 13, _ARRAY, 16, 17, 18))
 _PART = re.compile(r'(?P<name>.+)\[(?P<part>\d+)\]')
 #: A unit behind a name: in brackets, behind a stroke (q / rad), or behind a comma.
 _UNIT = re.compile(r'\s*([\[(][^\[\]()]*[\])]$|[/,].*$)')
-
-
+_NO_NUMBER = (
+    'is not a number, nor a date such as 2025-03-30T12:00:00.005 (write decimals with a point, '
+    'leave a missing value empty)'
+)
 #: Bytes of a value by the types that Parquet stores; those of any other are 8 at least.
 _WIDTHS = {'BOOLEAN': 1, 'INT32': 4, 'FLOAT': 4}
 
@@ -170,6 +177,15 @@ class DataFile(Mapping[str, NDArray[Any]]):
             )
         return np.asarray(parts[index])
 
+    def arrays(self) -> Iterator[tuple[str, NDArray[Any]]]:
+        """Yield the variables that hold real numbers."""
+        for name in self:
+            try:
+                values = self[name]
+            except DataError:
+                continue
+            yield name, values
+
     def series(self) -> dict[str, NDArray[Any]]:
         """
         Return the series of the recording by name: as long as most are, tables by ``name[k]``.
@@ -177,11 +193,7 @@ class DataFile(Mapping[str, NDArray[Any]]):
         Variables that hold no real numbers are not among them.
         """
         found: dict[str, NDArray[Any]] = {}
-        for name in self:
-            try:
-                values = self[name]
-            except DataError:
-                continue
+        for name, values in self.arrays():
             if values.ndim == 1:
                 found[name] = values
             elif values.ndim == 2:
@@ -205,22 +217,11 @@ class DataFile(Mapping[str, NDArray[Any]]):
 
     def constants(self) -> dict[str, float]:
         """Return the variables that hold one finite number."""
-        found = {}
-        for name in self:
-            try:
-                values = self[name]
-            except DataError:
-                continue
-            if values.size == 1 and np.isfinite(values).all():
-                found[name] = float(values.reshape(()))
-        return found
-
-    def _no_number(self, name: str, line: int, cell: str, why: str) -> DataError:
-        why = why or (
-            'is not a number, nor a date such as 2025-03-30T12:00:00.005 (write decimals with a '
-            'point, leave a missing value empty)'
-        )
-        return DataError(f'{self.path} line {line}, column {name!r}: {cell!r} {why}')
+        return {
+            name: float(values.reshape(()))
+            for name, values in self.arrays()
+            if values.size == 1 and np.isfinite(values).all()
+        }
 
     def _numbers(self, name: str, cells: list[tuple[int, str]]) -> NDArray[Any]:
         """Return a CSV column as int64 where every cell is a whole number, else as float64."""
@@ -239,36 +240,33 @@ class DataFile(Mapping[str, NDArray[Any]]):
                 found = read_dates(texts)
             except ValueError as error:
                 k, why = error.args
-                # A word among numbers is what is wrong, and not the first number.
-                odd = next(i for i, x in enumerate(texts) if x and not is_number(x))
-                line, cell = cells[k if why else max(k, odd)]
-                raise self._no_number(name, line, cell, why) from None
+                if not why:
+                    # A word among numbers is what is wrong, and not the first number.
+                    k = max(k, next(i for i, x in enumerate(texts) if x and not is_number(x)))
+                    why = _NO_NUMBER
+                raise self._wrong(name, cells[k], why) from None
         for k in np.flatnonzero(np.isinf(found))[:1]:
-            line, cell = cells[k]
-            raise DataError(
-                f'{self.path} line {line}, column {name!r}: {cell!r} is not a finite number '
-                '(leave a missing value empty)'
+            raise self._wrong(
+                name, cells[k], 'is not a finite number (leave a missing value empty)'
             )
         return found
+
+    def _wrong(self, name: str, place: tuple[int, str], why: str) -> DataError:
+        line, cell = place
+        return DataError(f'{self.path} line {line}, column {name!r}: {cell!r} {why}')
 
 
 def _flatten(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of nested mappings as arrays, by dotted names; null is NaN."""
-    variables: dict[str, Any] = {}
-    for name, given in content.items():
-        value = _by_name(given)
-        if isinstance(value, Mapping):
-            inner = _flatten(value)
-            variables.update({f'{name}.{part}': array for part, array in inner.items()})
-            continue
-        try:
-            array = np.asarray(value)
-            if array.dtype == object:
-                array = array.astype(np.float64)
-        except (TypeError, ValueError):  # lists of several lengths, or no numbers
-            array = np.asarray(value, dtype=object)
-        variables[name] = array
-    return variables
+    return {name: _array(value) for name, value in _plain(content).items()}
+
+
+def _array(value: Any) -> NDArray[Any]:
+    try:
+        array = np.asarray(value)
+        return array.astype(np.float64) if array.dtype == object else array
+    except (TypeError, ValueError):  # lists of several lengths, or no numbers
+        return np.asarray(value, dtype=object)
 
 
 def _by_name(value: Any) -> Any:
@@ -308,11 +306,7 @@ def _channels(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _unpacked_mat(path: Path) -> int:
-    """
-    Return what the packed variables of a MAT file unpack to [bytes], or too much.
-
-    :raises DataError: if it has data of a type that is none.
-    """
+    """Return what the packed variables of a MAT file unpack to [bytes], or too much."""
     most, found = most_unpacked(path), 0
     with path.open('rb') as stream:
         # Version and order of bytes; another version packs nothing, or is read by h5py.
@@ -355,15 +349,11 @@ def _read_mat(path: Path) -> dict[str, Any]:
         check_size(path, _unpacked_mat(path))
     except zlib.error as error:
         raise DataError(f'{path} is no readable MAT file: {error}') from error
-    try:
-        content = loadmat(path, simplify_cells=True)
-    except NotImplementedError:
-        return _read_hdf5(path)
-    except OSError:
-        raise
-    # A damaged file fails anywhere inside the parser.
-    except Exception as error:
-        raise DataError(f'{path} is no readable MAT file: {error}') from error
+    with readable(path, 'MAT file'):
+        try:
+            content = loadmat(path, simplify_cells=True)
+        except NotImplementedError:
+            return _read_hdf5(path)
     return _flatten({name: value for name, value in content.items() if not name.startswith('__')})
 
 
@@ -373,33 +363,25 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
 
 def _read_npz(path: Path) -> dict[str, Any]:
     variables: dict[str, Any] = {}
-    try:
-        with np.load(path, allow_pickle=False) as content:
-            if isinstance(content, np.ndarray):
-                raise ValueError('it is an NPY file')
-            check_size(path, sum(entry.file_size for entry in content.zip.infolist()))
-            for name in content.files:
-                try:
-                    variables.update(_flatten({name: content[name]}))
-                except ValueError as error:
-                    if 'allow_pickle' not in str(error):
-                        raise
-                    # Objects of Python are not loaded: they could run code.
-                    variables[name] = np.empty((), dtype=object)
-    except (OSError, DataError):
-        raise
-    except Exception as error:
-        raise DataError(f'{path} is no readable NPZ file of plain arrays: {error}') from error
+    kind = 'NPZ file of plain arrays'
+    with readable(path, kind), np.load(path, allow_pickle=False) as content:
+        if isinstance(content, np.ndarray):
+            raise ValueError('it is an NPY file')
+        check_size(path, sum(entry.file_size for entry in content.zip.infolist()))
+        for name in content.files:
+            try:
+                variables.update(_flatten({name: content[name]}))
+            except ValueError as error:
+                if 'allow_pickle' not in str(error):
+                    raise
+                # Objects of Python are not loaded: they could run code.
+                variables[name] = np.empty((), dtype=object)
     return variables
 
 
 def _read_npy(path: Path) -> dict[str, Any]:
-    try:
+    with readable(path, 'NPY file of a plain array'):
         table = np.load(path, mmap_mode='r', allow_pickle=False)
-    except OSError:
-        raise
-    except Exception as error:
-        raise DataError(f'{path} is no readable NPY file of a plain array: {error}') from error
     if table.dtype.names:
         return _flatten(_by_name(table))
     if table.ndim != 2:
@@ -428,21 +410,17 @@ def _read_parquet(path: Path) -> dict[str, Any]:
             f'{path} is a Parquet file, which needs pyarrow: pip install pyarrow, or save the '
             'table as CSV'
         ) from None
-    try:
+    with readable(path, 'Parquet file', io=False):
         check_size(path, _unpacked_parquet(parquet.read_metadata(path)))
         table = parquet.read_table(path)
-    except DataError:
-        raise
-    except Exception as error:
-        raise DataError(f'{path} is no readable Parquet file: {error}') from error
-    variables = {}
+    variables: dict[str, Any] = {}
     for name in table.column_names:
         values = table[name].to_numpy()
         if values.dtype.kind in 'Mm':
             values = values.astype('datetime64[ns]').astype(np.int64)
         elif values.dtype == object:
-            values = _flatten({name: table[name].to_pylist()})[name]
-        variables[name] = values
+            values = table[name].to_pylist()
+        variables |= _flatten({name: values})
     return variables
 
 
@@ -513,7 +491,7 @@ def _columns(records: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
 
 
 def _plain(record: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
-    """Return a record whose inner records are entries of dotted names."""
+    """Return a mapping whose inner mappings and records are entries of dotted names."""
     plain: dict[str, Any] = {}
     for name, given in record.items():
         value = _by_name(given)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.tables.cell_text import is_number
-from sosml_friction.bags.tables.packed_file import check_size
+from sosml_friction.bags.tables.packed_file import check_size, readable
 from sosml_friction.bags.tables.text_table import Columns, Row, read_rows
 from sosml_friction.exceptions import DataError
 
@@ -18,10 +18,7 @@ def read_excel(path: Path) -> tuple[Columns, list[str]]:
     Return the cells of each column of the sheet with the most rows of numbers, and remarks.
 
     Of equals it is the first. The header is found as in a table of text; formulas have the values
-    that the program kept which saved them.
-
-    :raises DataError: if openpyxl is not there, or the file is damaged, locked, of the older kind
-        ``.xls``, holds no numbers, or unpacks to too much.
+    that the program kept which saved them. The older kind ``.xls`` is not read.
     """
     try:
         import openpyxl
@@ -30,19 +27,12 @@ def read_excel(path: Path) -> tuple[Columns, list[str]]:
             f'{path} is an Excel file, which needs openpyxl: pip install openpyxl, or save the '
             'sheet as CSV'
         ) from None
-    try:
+    advice = '; save it as .xlsx without a password, or the sheet as CSV'
+    with readable(path, 'Excel file', advice):
         with zipfile.ZipFile(path) as archive:
             check_size(path, sum(entry.file_size for entry in archive.infolist()))
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
         sheets = {sheet.title: _rows(sheet) for sheet in book.worksheets}
-    except (OSError, DataError):
-        raise
-    # A damaged file fails anywhere inside the library.
-    except Exception as error:
-        raise DataError(
-            f'{path} is no readable Excel file: {error}; save it as .xlsx without a password, or '
-            'the sheet as CSV'
-        ) from error
     counts = {title: _of_numbers(rows) for title, rows in sheets.items()}
     most = max(counts, key=lambda title: counts[title], default='')
     if not counts.get(most):

@@ -40,13 +40,10 @@ def guess_mapping(
     """
     Return the mapping that the names and the numbers of a file speak for.
 
-    Time is what grows all the time. A velocity is the slope of its position, and the factor
-    between them tells their units. The effort is, of what is left, what follows the direction,
-    speed and acceleration of its joint. Words in the names come first where there are any.
-
-    :param urdf_text: the robot's; names of the joints, and whether they turn or slide.
-    :param rate: samples per second [Hz], in the place of a column of time.
-    :raises DataError: if the file holds no series that could be the position of a joint.
+    Time is what grows all the time, unless ``rate`` [Hz] stands in its place. A velocity is the
+    slope of its position, and the factor between them tells their units. The effort is, of what is
+    left, what follows the direction, speed and acceleration of its joint. Words in the names come
+    first where there are any. The URDF says what joints are called and whether they turn or slide.
     """
     return Guesser(data, urdf_text, rate=rate).guess()
 
@@ -82,11 +79,10 @@ class Guesser(NamedColumns):
         self._add_efforts()
         if not any('effort' in own for own in self.roles.values()):
             sent = [n for n, w in self.words.items() if w.is_command and w.quantity == 'effort']
+            said = f'; what was commanded, {", ".join(sent)}, may stand for it' if sent else ''
             self._remark(
                 'nothing here is the effort of a joint, and positions alone do not tell friction: '
-                'its torque, force or current is needed'
-                + f'; what was commanded, {", ".join(sent)}, may stand for it'
-                * bool(sent)
+                f'its torque, force or current is needed{said}'
             )
         positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
         for one, other in combinations(positions, 2):
@@ -151,20 +147,20 @@ class Guesser(NamedColumns):
         pairs = self._pairs()
         if pairs:
             columns = self._blocks(pairs)
-            names = self._joint_names([str(k) for k in range(1, len(columns) + 1)])
+            names = self._numbered(len(columns))
             if len(columns) == 1 and not self.kinds:
-                names = {'1': 'joint'}
-            for joint, (position, velocity, why) in zip(names.values(), columns, strict=True):
+                names = ['joint']
+            for joint, (position, velocity, why) in zip(names, columns, strict=True):
                 self.roles[joint] = {'position': position, 'velocity': velocity}
                 self.why.setdefault(position, why)
             return
-        free = [n for n in self._free() if np.isfinite(evidence.roughness(self.moving[n]))]
+        free = [n for n in self._free() if np.isfinite(self.rough[n])]
         if not any(map(self._may_be_position, free)):
             return
         if self._tables(free) or self._halves(free):
             return
-        rough = {name: evidence.roughness(self.moving[name]) for name in free}
-        smoothest, follows = self._best_pair(rough)
+        rough = self.rough
+        smoothest, follows = self._best_pair(free)
         order = sorted(free, key=lambda name: (name != smoothest, rough[name]))
         alike = [n for n in order if self._nearly_same(smoothest, n)]
         measured = smoothest
@@ -199,17 +195,22 @@ class Guesser(NamedColumns):
             )
             self.alike.update(others)
 
-    def _best_pair(self, rough: Mapping[str, float]) -> tuple[str, str]:
+    def _numbered(self, count: int) -> list[str]:
+        """Return the names of so many joints that have a number alone."""
+        return list(self._joint_names([str(k) for k in range(1, count + 1)]).values())
+
+    def _best_pair(self, free: Sequence[str]) -> tuple[str, str]:
         """Return, of the smooth columns, that whose motion explains another best, and why."""
-        may = [name for name in rough if self._may_be_position(name)]
+        rough = self.rough
+        may = [name for name in free if self._may_be_position(name)]
         smoothest = min(may, key=lambda name: rough[name])
         smooth = [name for name in may if rough[name] <= _ROUGHER * rough[smoothest]]
         # One of many that are as smooth as the position is that of another joint.
-        rougher = _SMOOTHER if len(rough) > _JOINTS else 1.0
+        rougher = _SMOOTHER if len(free) > _JOINTS else 1.0
         shares = {
-            (one, other): evidence.explained(self.t, self.moving[other], self.moving[one], 1.0)
+            (one, other): self._share(other, one)
             for one in smooth
-            for other in rough
+            for other in free
             if rough[other] > rougher * rough[one] and not self._nearly_same(one, other)
         }
         best = max(shares, key=lambda pair: shares[pair], default=('', ''))
@@ -227,38 +228,33 @@ class Guesser(NamedColumns):
         for positions, efforts in permutations(wide, 2):
             pairs = list(zip(positions, efforts, strict=False))
             both = [(q, e) for q, e in pairs if q in free and e in free]
-            rough = [
-                [evidence.roughness(self.moving[n]) for n in own]
-                for own in zip(*both, strict=True)
-            ]
+            rough = [[self.rough[n] for n in own] for own in zip(*both, strict=True)]
             if len(positions) != len(efforts) or not both or np.median(rough[0]) > min(rough[1]):
                 continue
             if all(map(self._may_be_position, positions)):
-                own = [
-                    evidence.explained(self.t, self.moving[e], self.moving[q], 1.0)
-                    for q, e in both
-                ]
-                shares[float(np.median(own))] = pairs
+                shares[float(np.median([self._share(e, q) for q, e in both]))] = pairs
         if max(shares, default=0.0) < EXPLAINED:
             return False
-        pairs = shares[max(shares)]
-        names = self._joint_names([str(k) for k in range(1, len(pairs) + 1)]).values()
-        for joint, (position, effort) in zip(names, pairs, strict=True):
-            self.roles[joint] = {'position': position, 'effort': effort}
-            self.why[position] = 'its table is the smoother of two with as many columns'
-            self.why[effort] = 'its table follows the motion, column by column'
+        self._pair(
+            shares[max(shares)],
+            'its table is the smoother of two with as many columns',
+            'its table follows the motion, column by column',
+        )
         return True
+
+    def _pair(self, pairs: Sequence[tuple[str, str]], position: str, effort: str) -> None:
+        """Give (position, effort) to numbered joints, and the reasons of both."""
+        for joint, own in zip(self._numbered(len(pairs)), pairs, strict=True):
+            self.roles[joint] = dict(zip(('position', 'effort'), own, strict=True))
+            self.why.update(zip(own, (position, effort), strict=True))
 
     def _halves(self, free: Sequence[str]) -> bool:
         """Take the smooth half of the columns for positions, the other for efforts, in order."""
-        count = len(free) // 2
-        rough = {name: evidence.roughness(self.moving[name]) for name in free}
+        count, rough = len(free) // 2, self.rough
         smooth = sorted(free, key=lambda name: rough[name])
-        if (
-            count < 2
-            or len(free) % 2
-            or rough[smooth[count]] < _SMOOTHER * rough[smooth[count - 1]]
-        ):
+        if count < 2 or len(free) % 2:
+            return False
+        if rough[smooth[count]] < _SMOOTHER * rough[smooth[count - 1]]:
             return False
         if any(self._nearly_same(a, b) for a in smooth[:count] for b in smooth[:count] if a < b):
             return False
@@ -266,17 +262,14 @@ class Guesser(NamedColumns):
         if not all(map(self._may_be_position, positions)):
             return False
         efforts = [name for name in free if name not in positions]
-        together = zip(positions, efforts, strict=True)
-        if any(
-            evidence.explained(self.t, self.moving[e], self.moving[q], 1.0) < EXPLAINED
-            for q, e in together
-        ):
+        pairs = list(zip(positions, efforts, strict=True))
+        if any(self._share(e, q) < EXPLAINED for q, e in pairs):
             return False
-        names = self._joint_names([str(k) for k in range(1, count + 1)]).values()
-        for joint, position, effort in zip(names, positions, efforts, strict=True):
-            self.roles[joint] = {'position': position, 'effort': effort}
-            self.why[position] = 'one of the smooth half of the columns'
-            self.why[effort] = 'one of the rough half of the columns, in the order of positions'
+        self._pair(
+            pairs,
+            'one of the smooth half of the columns',
+            'one of the rough half of the columns, in the order of positions',
+        )
         return True
 
     def _may_be_position(self, name: str) -> bool:
@@ -345,19 +338,23 @@ class Guesser(NamedColumns):
         ]
         for joint, roles in self.roles.items():
             for slope in self.slopes:
-                mine = slope.position == roles['position'] and slope.velocity in may
-                mine = mine and abs(slope.told) > evidence.SLOPE
-                others = [n for n in self._free() if n not in (slope.position, slope.velocity)]
-                mine = mine and (
-                    slope.told > evidence.SURE
-                    or _is_of_units(slope.factor)
-                    or any(self._explained(n, joint) >= EXPLAINED for n in others)
-                )
+                if slope.position != roles['position'] or slope.velocity not in may:
+                    continue
                 known = roles.get('velocity')
                 is_open = known is None or (
                     known in self.moving and self._slope(roles['position'], known) is None
                 )
-                if mine and is_open and slope.velocity not in self._taken():
+                others = [n for n in self._free() if n not in (slope.position, slope.velocity)]
+                if (
+                    is_open
+                    and slope.velocity not in self._taken()
+                    and abs(slope.told) > evidence.SLOPE
+                    and (
+                        slope.told > evidence.SURE
+                        or _is_of_units(slope.factor)
+                        or any(self._explained(n, joint) >= EXPLAINED for n in others)
+                    )
+                ):
                     roles['velocity'] = slope.velocity
 
     def _add_efforts(self) -> None:
@@ -444,7 +441,7 @@ class Guesser(NamedColumns):
             self._remark(f'no column follows the motion of {joint}: map its effort yourself')
             return
         position = self.roles[joint]['position']
-        rough = [evidence.roughness(self.moving[n]) for n in (position, best) if n in self.moving]
+        rough = [self.rough[n] for n in (position, best) if n in self.rough]
         if rough[-1] < _SMOOTHER * rough[0]:
             self._remark(
                 f'{best} is about as smooth as {position}: it may be the position of another '
@@ -453,7 +450,7 @@ class Guesser(NamedColumns):
         self.roles[joint]['effort'] = best
         rest = ', '.join(n for n in names if n != best)
         self.why[best] = (
-            f'direction, speed and acceleration of {self.roles[joint]["position"]} explain '
+            f'direction, speed and acceleration of {position} explain '
             f'{100 * shares[best]:.0f} % of it' + (f', more than of {rest}' if rest else '')
         )
 

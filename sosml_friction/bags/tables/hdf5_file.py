@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.bags.tables.packed_file import check_size
+from sosml_friction.bags.tables.packed_file import check_size, readable
 from sosml_friction.exceptions import DataError
 
 SIGNATURE = b'\x89HDF\r\n\x1a\n'
@@ -24,8 +24,6 @@ def read_hdf5(path: Path) -> dict[str, NDArray[Any]]:
     A unit that a dataset has as an attribute stands behind its name, as ``name [unit]``. Datasets
     of more than two dimensions, such as pictures, are no series and are not read. MATLAB stores
     tables the other way around.
-
-    :raises DataError: if h5py is not there, or the file is damaged or unpacks to too much.
     """
     is_mat = path.suffix.lower() == '.mat'
     try:
@@ -53,15 +51,9 @@ def read_hdf5(path: Path) -> dict[str, NDArray[Any]]:
         if len(values) == 1:
             variables.update(_named(item, name.replace('/', '.'), values[0]))
 
-    try:
-        with h5py.File(path, 'r') as content:
-            content.visititems(take)
-    except DataError:
-        raise
-    # A damaged file fails anywhere inside the library.
-    except Exception as error:
-        kind = 'MAT' if is_mat else 'HDF5'
-        raise DataError(f'{path} is no readable {kind} file: {error}') from error
+    kind = 'MAT file' if is_mat else 'HDF5 file'
+    with readable(path, kind, io=False), h5py.File(path, 'r') as content:
+        content.visititems(take)
     return variables
 
 

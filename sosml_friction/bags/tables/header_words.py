@@ -92,11 +92,11 @@ class HeaderWord(NamedTuple):
     what a model or an observer tells; ``is_command``: whether it was commanded.
     """
 
-    quantity: str
-    unit: str
-    joint: str
-    is_wish: bool
-    is_unit_written: bool
+    quantity: str = ''
+    unit: str = ''
+    joint: str = ''
+    is_wish: bool = False
+    is_unit_written: bool = False
     strange: str = ''
     is_computed: bool = False
     is_command: bool = False
@@ -140,7 +140,7 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
     """Return what the name of a column says of it."""
     unit = WRITTEN['time'].get(plain_unit(name), '')
     if unit and len(name) > 1:
-        return HeaderWord('time', unit, '', False, True)
+        return HeaderWord('time', unit, is_unit_written=True)
     # A bracket with a number is the column of a table; of others that with a unit comes first.
     brackets = sorted(
         re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', _NUMBER.sub('', name)),

@@ -23,15 +23,12 @@ def join_tables(
     paths: Sequence[Path], joints: Sequence[str], folder: Path, columns: Mapping[str, str]
 ) -> tuple[Path, list[str], dict[str, str]]:
     """
-    Write one table of files with a joint each.
+    Write one table of files with a joint each, of which one time is that of all.
 
-    Its columns are called ``<joint> <column>``, and the time of all files is one.
+    Return it, the joint of each file, and by quantity its columns, called ``<joint> <column>``.
 
     :param columns: by quantity, ``NAME`` or ``NAME:UNIT`` of a column of each file; without one of
         time it is what grows all the time.
-    :return: the table, the joint of each file, and the columns of the table by quantity.
-    :raises ConfigurationError: if the names of the files do not say which joint each is.
-    :raises DataError: if their samples are at other times, or the first has no such column.
     """
     order = [_joint_of(table_name(path), joints) for path in paths]
     listed = ', '.join(path.name for path in paths)

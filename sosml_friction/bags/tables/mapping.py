@@ -267,11 +267,9 @@ class _Reader:
 
 def read_mapping(path: str | Path, rate: float | None = None) -> ImportMapping:
     """
-    Return the checked content of a mapping file.
+    Return the checked content of a mapping file; ``rate`` [Hz] is for one that has no time.
 
-    :param rate: samples per second [Hz], where the file says neither time nor sample_rate.
-    :raises ConfigurationError: if the file is missing, is no YAML, has an unknown key or unit, or
-        lacks what it needs; the sentence names the key.
+    What is wrong or lacking is a ConfigurationError that names the key.
     """
     path = Path(path)
     needed = 'give a YAML file that says which variable is what'
@@ -294,12 +292,7 @@ def open_places(content: Any, where: str = '') -> list[str]:
 
 
 def parse_mapping(content: Any, path: Path) -> ImportMapping:
-    """
-    Return the checked mapping ``content``.
-
-    :param path: of its file, for the sentences and for the files that it names.
-    :raises ConfigurationError: as :func:`read_mapping`.
-    """
+    """Return the checked mapping ``content``; ``path`` is where its files are looked for."""
     read = _Reader(path)
     content = read.table(content, 'the mapping', _TOP_KEYS)
     places = open_places(content)
@@ -309,22 +302,22 @@ def parse_mapping(content: Any, path: Path) -> ImportMapping:
         raise read.error('the mapping', 'needs either time or sample_rate, or --rate beside it')
     if 'joints' not in content:
         raise read.error('the mapping', 'has no joints: name at least one')
-    time: Series | None = None
-    ns_per_time_unit = 1
-    nanoseconds: Series | None = None
-    sample_rate: float | str | None = None
+    found: dict[str, Any] = {}
     if 'time' in content:
         value = read.table(content['time'], 'time', (*_SERIES_KEYS, 'unit', 'nanoseconds'))
-        time = read.series(value, 'time')
+        found['time'] = read.series(value, 'time')
         if 'nanoseconds' in value:
-            nanoseconds = Series(read.variable(value['nanoseconds'], 'time.nanoseconds'))
-        ns_per_time_unit = TIME_UNITS[read.unit(value, 'time', 'time')]
+            fine = read.variable(value['nanoseconds'], 'time.nanoseconds')
+            found['nanoseconds'] = Series(fine)
+        found['ns_per_time_unit'] = TIME_UNITS[read.unit(value, 'time', 'time')]
     else:
-        sample_rate = read.factor(content['sample_rate'], 'sample_rate')
-        if not isinstance(sample_rate, str) and sample_rate < 0:
-            raise read.error('sample_rate', f'is {sample_rate:g} Hz: it must be positive')
-    start_time = content.get('start_time', 0)
-    read.number(start_time, 'start_time')
+        rate = found['sample_rate'] = read.factor(content['sample_rate'], 'sample_rate')
+        if not isinstance(rate, str) and rate < 0:
+            raise read.error('sample_rate', f'is {rate:g} Hz: it must be positive')
+    start = content.get('start_time', 0)
+    read.number(start, 'start_time')
+    # A whole number of seconds keeps every digit.
+    found['start_time_ns'] = start * 10**9 if isinstance(start, int) else round(start * 1e9)
     joints: dict[str, dict[str, Signal]] = {}
     controllers: dict[str, ControllerSource] = {}
     injected: dict[str, Signal] = {}
@@ -355,23 +348,8 @@ def parse_mapping(content: Any, path: Path) -> ImportMapping:
                 f'has both {angular[0]} and {linear[0]}: a joint either turns (rad, Nm) or slides '
                 '(m, N)',
             )
-    tags = content.get('tags')
-    return ImportMapping(
-        path=path,
-        joints=joints,
-        time=time,
-        ns_per_time_unit=ns_per_time_unit,
-        nanoseconds=nanoseconds,
-        sample_rate=sample_rate,
-        # A whole number of seconds keeps every digit.
-        start_time_ns=(
-            start_time * 1_000_000_000 if isinstance(start_time, int) else round(start_time * 1e9)
-        ),
-        urdf=read.file(content['urdf'], 'urdf') if 'urdf' in content else None,
-        model=read.file(content['model'], 'model') if 'model' in content else None,
-        tags={k: str(v) for k, v in read.table(tags, 'tags').items()} if tags else {},
-        rows=read.names(content['rows'], 'rows') if 'rows' in content else None,
-        columns=read.names(content['columns'], 'columns') if 'columns' in content else None,
-        controllers=controllers,
-        injected=injected,
-    )
+    found |= {key: read.file(content[key], key) for key in ('urdf', 'model') if key in content}
+    if tags := content.get('tags'):
+        found['tags'] = {key: str(x) for key, x in read.table(tags, 'tags').items()}
+    found |= {key: read.names(content[key], key) for key in ('rows', 'columns') if key in content}
+    return ImportMapping(path, joints, controllers=controllers, injected=injected, **found)

@@ -52,8 +52,8 @@ class NamedColumns(RecordedColumns):
         if not found and not named:
             found = self._of_efforts(own)
         for name, (joint, why) in found.items():
-            own_word = self.words[name]
-            self.words[name] = HeaderWord('position', '', joint, False, False, own_word.strange)
+            strange = self.words[name].strange
+            self.words[name] = HeaderWord('position', joint=joint, strange=strange)
             self.why[name] = why
 
     def _of_efforts(self, own: Mapping[str, HeaderWord]) -> dict[str, tuple[str, str]]:
@@ -67,11 +67,7 @@ class NamedColumns(RecordedColumns):
         pairs = {n: numbers[k] for n, k in plain.items() if k and k in numbers}
         if not 1 < len(pairs) == len(efforts) == len(set(pairs.values())):
             return {}
-        shares = [
-            evidence.explained(self.t, self.moving[e], self.moving[q], 1.0)
-            for q, e in pairs.items()
-        ]
-        if max(shares) < EXPLAINED:
+        if max(self._share(e, q) for q, e in pairs.items()) < EXPLAINED:
             return {}
         return {q: (own[e].joint, f'{e} has its number and follows it') for q, e in pairs.items()}
 
@@ -244,7 +240,10 @@ class NamedColumns(RecordedColumns):
         if name not in self.moving or position not in self.moving:
             return math.nan
         angle = UNITS['position'].get(self._position_unit(joint)[0]) or 0.0
-        return evidence.explained(self.t, self.moving[name], self.moving[position], angle)
+        return self._share(name, position, angle)
+
+    def _share(self, effort: str, position: str, angle: float = 1.0) -> float:
+        return evidence.explained(self.t, self.moving[effort], self.moving[position], angle)
 
 
 def _numbers(names: Sequence[str]) -> dict[str, int]:

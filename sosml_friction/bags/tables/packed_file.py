@@ -7,7 +7,8 @@ import gzip
 import lzma
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -35,16 +36,29 @@ def most_unpacked(path: Path) -> int:
 
 
 def check_size(path: Path, unpacked: int) -> None:
-    """
-    Refuse a file that unpacks to far more than it takes.
-
-    :raises DataError: if it does.
-    """
+    """Refuse, with a DataError, a file that unpacks to far more than it takes."""
     if unpacked > most_unpacked(path):
         raise DataError(
             f'{path} takes {path.stat().st_size} bytes and says that it unpacks to {unpacked}: '
             'save the variables that are needed, or save them unpacked'
         )
+
+
+@contextmanager
+def readable(path: Path, kind: str, advice: str = '', io: bool = True) -> Iterator[None]:
+    """
+    Raise a DataError where the library that reads a damaged file fails, anywhere and in any way.
+
+    :param io: let an OSError pass: it is the disk's.
+    """
+    try:
+        yield
+    except DataError:
+        raise
+    except Exception as error:
+        if io and isinstance(error, OSError):
+            raise
+        raise DataError(f'{path} is no readable {kind}: {error}{advice}') from error
 
 
 def read_unpacked(path: Path) -> tuple[str, bytes]:
@@ -53,10 +67,6 @@ def read_unpacked(path: Path) -> tuple[str, bytes]:
 
     Whether a file is packed say its first bytes, whatever its name is: one that was named
     ``.csv.gz`` and is plain text is read as it stands. Of an archive its one table is read.
-
-    :raises DataError: if it is damaged, locked, holds no or several tables, or unpacks to far
-        more than it takes.
-    :raises OSError: if it cannot be read.
     """
     kind = file_kind(path)
     with path.open('rb') as stream:

@@ -4,7 +4,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,11 +33,6 @@ _FAR = 2.0 * _RAD_SPAN[1]
 #: Turns, and the +-12.5 rad of the frames that CAN servos took over from MIT's Mini Cheetah.
 _UNIT_OF_WRAP = {
     2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
-}  # fmt: skip
-#: Unit of velocity that goes with one of position, where nothing tells another.
-_SLOPES = {
-    'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s', 'mrad': 'mrad/s',
-    'cm': 'cm/s', 'in': 'in/s',
 }  # fmt: skip
 #: Units that the numbers alone may tell; of others the name or the user says that it is them.
 USUAL_POSITIONS = ('rad', 'deg', 'turns', 'm', 'mm')
@@ -68,11 +63,7 @@ ONE_RECORDING = 'give one recording of it, as a table of samples and joints'
 
 
 class RecordedColumns:
-    """
-    Hold what is known of the columns of one file while their mapping is put together.
-
-    ``roles``: the column of each quantity of each joint; ``why``: the reason, by column.
-    """
+    """Hold by joint the columns of its quantities (``roles``), and why, by column."""
 
     def __init__(
         self,
@@ -95,7 +86,7 @@ class RecordedColumns:
             steps = np.diff(self.series[name])
             falls = (steps < 0).mean() if len(steps) else 0.0
             if not self.is_named or (word.quantity == 'time' and falls > _FALLS):
-                self.words[name] = HeaderWord('', '', '', False, False)
+                self.words[name] = HeaderWord()
             elif 'time' in name.lower() and (steps > 0).all():
                 # Where each signal has a time of its own: Time_q, q, Time_tau, tau.
                 self.words[name] = word._replace(quantity='time')
@@ -138,6 +129,7 @@ class RecordedColumns:
             if name not in stamps and not counts_samples(x)
         }
         self.moving = evidence.moving(self.t, others)
+        self.rough = {name: evidence.roughness(x) for name, x in self.moving.items()}
         self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []
         self.stated_units: set[str] = set()
         self.roles: dict[str, dict[str, str]] = {}
@@ -200,7 +192,7 @@ class RecordedColumns:
                 content['time']['nanoseconds'] = self._variable(self.time.nanoseconds)
         else:
             content['sample_rate'] = FILL_IN
-            why = self._unread_time() or self.time.reason
+            why = next(iter(self._unread('time')), self.time.reason)
             ask = f'give the samples per second, {self._stated_rate() or "or --rate HZ"}'
             reasons['sample_rate'] = f'{why}: {ask}'
         self._tell_runs()
@@ -235,10 +227,6 @@ class RecordedColumns:
             lines = stream.read(4096).decode('latin-1').splitlines()
         return next((line.strip() for line in lines if _OF_RATE.fullmatch(line)), '')
 
-    def _unread_time(self) -> str:
-        """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""
-        return next(iter(self._unread('time')), '')
-
     def _unread(self, *quantities: str) -> list[str]:
         """Return why each column that is called one of these cannot be read as numbers."""
         told = []
@@ -271,16 +259,16 @@ class RecordedColumns:
         velocity = self.roles[joint].get('velocity')
         slope = self._slope(name, velocity)
         if slope is not None and velocity and self.words[velocity].is_unit_written:
-            si = UNITS['velocity'].get(self.words[velocity].unit)
-            slides = self.words[velocity].unit in LINEAR_UNITS
-            for unit in USUAL_POSITIONS:
-                factor = UNITS['position'][unit]
-                is_kind = slides == (unit in LINEAR_UNITS)
-                if si and factor and is_kind and agree(slope.factor * factor, si):
-                    return unit, f'its slope is {velocity} in {self.words[velocity].unit}'
+            written = self.words[velocity].unit
+            fitting = _units_of_slope(slope.factor, (written,), SAME)
+            if fitting:
+                return fitting[0], f'its slope is {velocity} in {written}'
+        kind = self.kinds.get(joint)
         is_timed = bool(self.time.unit) or self.rate is not None
         if slope is not None and velocity and is_timed and not self.words[velocity].unit:
-            fitting = self._units_by_slope(self.kinds.get(joint), slope.factor)
+            fitting = _units_of_slope(slope.factor, USUAL_VELOCITIES, _SURELY_SAME)
+            if kind is not None:
+                fitting = [u for u in fitting if (u in LINEAR_UNITS) == (kind == 'prismatic')]
             if len(fitting) == 1:
                 return fitting[0], f'only of {fitting[0]} {velocity} is the slope in a usual unit'
         spans = {
@@ -288,7 +276,6 @@ class RecordedColumns:
             for j, r in self.roles.items()
             if r['position'] in self.moving
         }
-        kind = self.kinds.get(joint)
         span = spans.get(joint, 0.0) if kind == 'prismatic' else max(spans.values(), default=0.0)
         if kind == 'prismatic':
             return ('m', 'it slides in the URDF') if span < 5.0 else ('mm', f'it moves {span:.3g}')
@@ -316,20 +303,6 @@ class RecordedColumns:
         """Return how far from 0 a position without a unit is, moving or not."""
         values = np.abs(self.series[position][np.isfinite(self.series[position])])
         return 0.0 if self.words[position].unit else float(np.max(values, initial=0.0))
-
-    def _units_by_slope(self, kind: str | None, factor: float) -> list[str]:
-        """Return the units of position whose slope, by a factor, is a velocity in a usual unit."""
-        fitting = []
-        for unit in USUAL_POSITIONS:
-            slides = unit in LINEAR_UNITS
-            speeds = [
-                UNITS['velocity'][u] for u in USUAL_VELOCITIES if (u in LINEAR_UNITS) == slides
-            ]
-            own = factor * (UNITS['position'][unit] or 0.0)
-            is_kind = kind is None or (kind == 'prismatic') == slides
-            if is_kind and any(si and abs(own / si - 1.0) < _SURELY_SAME for si in speeds):
-                fitting.append(unit)
-        return fitting
 
     def _wrap(self, name: str, unit: str = '') -> float | None:
         return recognised_wrap(self.t, self.series[name].astype(np.float64), unit)
@@ -402,15 +375,19 @@ class RecordedColumns:
         entry: dict[str, Any] = {'variable': self._variable(velocity)}
         slope = self._slope(position, velocity)
         written = self.words[velocity].unit
+        # What goes with the unit of position, where nothing tells another.
+        usual = f'{unit}/s' if UNITS['velocity'].get(f'{unit}/s') else FILL_IN
         si = UNITS['position'].get(unit)
         if slope is None:
-            entry['unit'] = written or _SLOPES.get(unit, FILL_IN)
+            entry['unit'] = written or usual
             why = self.why.get(velocity, 'its place says so')
             others = [s.position for s in self.slopes if s.velocity == velocity and s.cosine > 0.0]
             if others:
                 why += f', but it is the slope of {others[0]}: look whether columns are swapped'
                 return entry, why
-            if self._moves(position) and velocity in self.moving:
+            # Noise about a place is no motion.
+            moves = self.rough.get(position, math.inf) < _ROUGH
+            if moves and velocity in self.moving:
                 entry['scale'] = FILL_IN
                 return entry, (
                     f'{why}, but it is not the slope of {position}; a scale says that it is right '
@@ -420,7 +397,7 @@ class RecordedColumns:
             return entry, f'{why}; {rests}'
         told = f'slope of {position}, cosine {slope.cosine:.4f}, by a factor of {slope.factor:.4g}'
         if not self.time.unit and self.rate is None:
-            entry['unit'] = written or _SLOPES.get(unit, FILL_IN)
+            entry['unit'] = written or usual
             return entry, f'slope of {position}, cosine {slope.cosine:.4f}, in an unknown time'
         if si is None:
             is_of_counts = unit == 'counts' and agree(slope.factor, 1.0)
@@ -443,10 +420,6 @@ class RecordedColumns:
             'line the velocity comes from position'
         )
 
-    def _moves(self, position: str) -> bool:
-        """Tell whether a position is more than noise about a place."""
-        return position in self.moving and evidence.roughness(self.moving[position]) < _ROUGH
-
     def _remark(self, sentence: str) -> None:
         if sentence not in self.result.remarks:
             self.result.remarks.append(sentence)
@@ -454,11 +427,8 @@ class RecordedColumns:
     def _of_other_length(self) -> list[str]:
         """Return a sentence on each variable of another length than most, numbers alone not."""
         told = []
-        for name in self.data:
-            try:
-                shape = self.data[name].shape
-            except DataError:
-                continue
+        for name, values in self.data.arrays():
+            shape = values.shape
             if len(shape) > 2:
                 told.append(f'{name} has the shape {shape}: {ONE_RECORDING}')
             elif shape and self.count not in shape:
@@ -466,6 +436,18 @@ class RecordedColumns:
         return told
 
 
-def agree(one: float, other: float) -> bool:
+def agree(one: float, other: float, share: float = SAME) -> bool:
     """Tell whether two figures are close enough for one quantity in one unit."""
-    return abs(one - other) <= SAME * abs(other)
+    return abs(one - other) <= share * abs(other)
+
+
+def _units_of_slope(factor: float, velocities: Sequence[str], share: float) -> list[str]:
+    """Return the units of position whose slope, by a factor, is in one of these of velocity."""
+    pairs = [
+        (unit, factor * (UNITS['position'][unit] or 0.0), UNITS['velocity'].get(own))
+        for unit in USUAL_POSITIONS
+        for own in velocities
+        if (unit in LINEAR_UNITS) == (own in LINEAR_UNITS)
+    ]
+    found = (unit for unit, speed, si in pairs if si and agree(speed, si, share))
+    return list(dict.fromkeys(found))

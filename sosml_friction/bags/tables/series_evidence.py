@@ -69,11 +69,7 @@ class Slope(NamedTuple):
 
 
 def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
-    """
-    Return which series is time, and its unit by its name, else by the rate of sampling.
-
-    :param stated: the one that is known to be time.
-    """
+    """Return which series is time (``stated``, if known), and its unit by name, else by rate."""
     # What logs each sample twice has a time all the same.
     fresh = ~repeated_rows(series.values()) if series else slice(None)
     series = {name: values[fresh] for name, values in series.items()}
@@ -200,12 +196,7 @@ def moving(t: FloatArray, series: Mapping[str, NDArray[Any]]) -> dict[str, Float
 
 
 def slopes(t: FloatArray, series: Mapping[str, FloatArray]) -> list[Slope]:
-    """
-    Return every pair of which one is the slope of the other, the surest first.
-
-    :param t: (N,) [s], rising.
-    :param series: each (N,), that change.
-    """
+    """Return, surest first, each pair (N,) of which one is the slope of the other by t [s]."""
     names = list(series)
     if len(names) < 2 or len(t) < 3 * _SAMPLES:
         return []

@@ -49,9 +49,7 @@ def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) 
     """
     Return the mapping of columns whose quantities are stated; time and units are proposed.
 
-    :raises DataError: if the file does not have a column, or nothing tells a unit: the sentence
-        says how to state it.
-    :raises ConfigurationError: if an effort that is no torque has no constant.
+    Where nothing tells a unit, or the constant of a current, the error says how to state it.
     """
     return _StatedColumns(data, urdf_text, columns).guess()
 
@@ -92,11 +90,11 @@ class _StatedColumns(Guesser):
             )
         self._put_time()
         if self.rate is None and not self.time.unit:
-            why = '' if self.time.name else self._unread_time()
+            if not self.time.name and (unread := self._unread('time')):
+                raise DataError(unread[0])
             raise DataError(
-                why
-                or f'{self.data.path}: {self.time.reason}: say which column is time and its unit, '
-                'as --time NAME:ms, or how many samples a second has, '
+                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
+                '--time NAME:ms, or how many samples a second has, '
                 + (self._stated_rate() or 'as --rate 500')
             )
         time = self.series.get(self.time.name, np.zeros(1))

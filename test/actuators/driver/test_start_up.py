@@ -10,10 +10,9 @@ import pytest
 from lockstep import nominal_robot
 
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.checks import make_actuators
+from sosml_friction.actuators.driver.checks import make_actuators, run_start_ups
 from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.actuators.driver.start_up import Check, Request, StartUp, Step
-from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.rmd_x.commands import Protocol
