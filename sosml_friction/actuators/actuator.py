@@ -42,6 +42,8 @@ class Actuator(ABC):
 
     :param rate: of the cycle [Hz]; ``stop_deceleration`` [rad/s^2 or m/s^2].
     :param margin: how far outside its limits the joint may be [rad or m].
+    :raises TypeError: for a class that does not say what it must.
+    :raises ConfigurationError: for one that takes another's name.
     """
 
     configuration_type: ClassVar[type[JointConfiguration]]
@@ -65,7 +67,11 @@ class Actuator(ABC):
 
     @staticmethod
     def kind(driver: object, key: str = 'driver') -> type[Actuator]:
-        """Return the type called ``driver``; the parameter ``key`` names it."""
+        """
+        Return the type called ``driver``; the parameter ``key`` names it.
+
+        :raises ConfigurationError: if there is none, with those there are.
+        """
         kinds = Actuator.registry
         if not isinstance(driver, str) or driver not in kinds:
             raise ConfigurationError(f'{key} is {driver!r}: use one of {", ".join(kinds)}')
@@ -123,7 +129,11 @@ class Actuator(ABC):
 
     @abstractmethod
     def command(self, setpoint: Setpoint, now_ns: int) -> list[Request]:
-        """Return the cycle's requests while the joint is driven; a value must be finite."""
+        """
+        Return the cycle's requests while the joint is driven; a value must be finite.
+
+        :raises CanProtocolError: if the value it uses is not finite.
+        """
 
     @abstractmethod
     def observe(self, now_ns: int) -> list[Request]:
@@ -139,11 +149,19 @@ class Actuator(ABC):
 
     @abstractmethod
     def key(self, frame: Frame) -> Hashable:
-        """Return the key of the request that ``frame``, from :attr:`reply_id`, answers."""
+        """
+        Return the key of the request that ``frame``, from :attr:`reply_id`, answers.
+
+        :raises CanProtocolError: if it is none of its replies.
+        """
 
     @abstractmethod
     def accept(self, frame: Frame, stamp_ns: int) -> None:
-        """Take a reply, received at ``stamp_ns`` [ns], into :attr:`measurement`."""
+        """
+        Take a reply, received at ``stamp_ns`` [ns], into :attr:`measurement`.
+
+        :raises CanProtocolError: if it cannot be decoded.
+        """
 
     def unsolicited(self, frame: Frame) -> bool:
         """Take a frame the actuator sends by itself; return whether it is one."""

@@ -34,6 +34,8 @@ class JointConfiguration(ABC):
     With i its current and x its position, both in its own direction: tau = direction *
     torque_constant * i [Nm or N] and q = direction * x + zero_offset [rad or m]. A subclass adds
     the parameters of one type of actuator, whose name in a parameter file is ``driver``.
+
+    :raises ConfigurationError: if a value does not fit.
     """
 
     driver: ClassVar[str]
@@ -72,7 +74,11 @@ class JointConfiguration(ABC):
 
     @abstractmethod
     def check_drive(self) -> None:
-        """Refuse what is enough to mount an actuator but not to drive it."""
+        """
+        Refuse what is enough to mount an actuator but not to drive it.
+
+        :raises ConfigurationError: with what is missing.
+        """
 
     @abstractmethod
     def loop(self, limits: JointLimits) -> HostLoop | str:

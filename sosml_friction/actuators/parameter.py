@@ -58,7 +58,11 @@ def type_name(place: Field[Any]) -> str:
 
 
 def check_parameters(own: Any, prefix: str = '') -> None:
-    """Refuse values of the wrong type, outside their bounds or none of the choices."""
+    """
+    Refuse values of the wrong type, outside their bounds or none of the choices.
+
+    :raises ConfigurationError: with ``prefix`` and name of the first.
+    """
     for key, (place, said) in parameters_of(own).items():
         kinds, words = _KINDS[type_name(place)]
         value = getattr(own, place.name)
@@ -75,7 +79,11 @@ def check_parameters(own: Any, prefix: str = '') -> None:
 
 
 def require_bounds(own: Any, key: str, prefix: str = '') -> None:
-    """Refuse a number that is not finite or outside its bounds; without bounds all is good."""
+    """
+    Refuse a number that is not finite or outside its bounds; without bounds all is good.
+
+    :raises ConfigurationError: with its name.
+    """
     place, said = parameters_of(own)[key]
     value = getattr(own, place.name)
     if isinstance(value, bool) or not isinstance(value, (int, float)):

@@ -191,7 +191,11 @@ class Bag:
         return (self.end_ns - self.start_ns) * 1e-9
 
     def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
-        """Yield (log_time_ns, CDR bytes) of each message of a topic, given by its whole name."""
+        """
+        Yield (log_time_ns, CDR bytes) of each message of a topic, given by its whole name.
+
+        :raises BagError: if the bag does not have the topic.
+        """
         entry = self._topics[self._known(topic)]
         with closing(MessageStore(self._regions)) as store:
             columns = [column.tolist() for column in (entry.log_time_ns, *entry.places)]
@@ -220,7 +224,11 @@ class Bag:
                 yield names[which[i]], int(log_times[i]), published, message[8:]
 
     def decoded(self, topic: str) -> Iterator[tuple[int, Any]]:
-        """Yield (log_time_ns, message) of each message of a topic, given by its whole name."""
+        """
+        Yield (log_time_ns, message) of each message of a topic, given by its whole name.
+
+        :raises BagError: if the bag does not have the topic or a message cannot be decoded.
+        """
         name = self._known(topic)
         self._decodable(name)
         for log_time_ns, cdr in self.messages(name):
@@ -267,6 +275,8 @@ class Bag:
 
         They are the JointState messages of ``controller_reference``; one that wraps is made
         continuous.
+
+        :raises BagError: if several topics end so, or a message contradicts itself.
         """
         found = self._series('controller_reference', 'position')
         if found is None:
@@ -281,6 +291,8 @@ class Bag:
 
         They are the JointState messages of ``injected_effort``; None if none are recorded. A joint
         without such a signal has NaN.
+
+        :raises BagError: if several topics end so, or a message contradicts itself.
         """
         return self._series('injected_effort', 'effort')
 
@@ -295,7 +307,11 @@ class Bag:
         return t_ns, names, values
 
     def trajectories(self) -> list[WantedMotion]:
-        """Return the messages of ``joint_trajectory`` in the order they were recorded."""
+        """
+        Return the messages of ``joint_trajectory`` in the order they were recorded.
+
+        :raises BagError: if several topics end so, or a message contradicts itself.
+        """
         topic = self._find('joint_trajectory')
         if topic is None:
             return []
@@ -329,7 +345,11 @@ class Bag:
         return found
 
     def text(self, topic_suffix: str) -> str | None:
-        """Return the last text on a String topic such as robot_description, or None."""
+        """
+        Return the last text on a String topic such as robot_description, or None.
+
+        :raises BagError: if several topics end so, or the topic is not a String.
+        """
         topic = self._find(topic_suffix)
         if topic is None:
             return None

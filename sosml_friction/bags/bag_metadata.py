@@ -39,7 +39,11 @@ def read_metadata(folder: Path) -> dict[Any, Any] | None:
 
 
 def refuse_compressed_messages(path: Path, information: Sequence[Mapping[Any, Any]]) -> None:
-    """Refuse a bag that says somewhere that its messages are compressed one by one."""
+    """
+    Refuse a bag that says somewhere that its messages are compressed one by one.
+
+    :raises BagError: if one of them says so.
+    """
     modes = {str(part.get('compression_mode') or '').lower() for part in information}
     if 'message' in modes:
         raise BagError(

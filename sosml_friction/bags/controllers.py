@@ -42,7 +42,11 @@ _ALLOWED = {CASCADE: ('scale', 'limit'), PD: (), ACTUATOR: ('reason',)}
 
 
 def read_controllers(bag: Bag) -> dict[str, dict[str, Any]]:
-    """Return the entry of each joint whose controller a bag names; ``kind`` is always in it."""
+    """
+    Return the entry of each joint whose controller a bag names; ``kind`` is always in it.
+
+    :raises BagError: if an entry cannot be read.
+    """
     texts = {
         key.removeprefix(CONTROLLER_TAG): value
         for key, value in bag.tags.items()
@@ -56,7 +60,11 @@ def read_controllers(bag: Bag) -> dict[str, dict[str, Any]]:
 
 
 def parse_controllers(text: str, where: str) -> dict[str, dict[str, Any]]:
-    """Read the text of ``controller_configuration``; ``where`` is for the error sentence."""
+    """
+    Read the text of ``controller_configuration``; ``where`` is for the error sentence.
+
+    :raises BagError: if it is not JSON of that form.
+    """
     document = _json(text, where)
     if not isinstance(document, dict):
         raise BagError(f'{where} names no joints: write an entry for each')

@@ -114,7 +114,11 @@ class JointLog:
         )
 
     def rows(self, rows: IndexArray | BoolArray) -> JointLog:
-        """Return the log of the samples ``rows``, of which there must be one, all joints."""
+        """
+        Return the log of the samples ``rows``, of which there must be one, all joints.
+
+        :raises DataError: if there are none.
+        """
         return self.mapped(lambda x: x[rows], t_ns=self.t_ns[rows])
 
     def select(self, names: Sequence[str]) -> JointLog:

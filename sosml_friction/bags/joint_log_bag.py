@@ -32,6 +32,8 @@ def write_joint_log(
     :param reference: wanted positions (N, n) [rad or m], recorded as ``controller_reference``.
     :param injected: efforts (N, n) [Nm or N] that were added to the command of the controllers,
         recorded as ``injected_effort``.
+    :raises BagError: if the folder exists or cannot be written, or a stamp does not fit the
+        message (0 to 2^31 s).
     """
     low, high = int(log.t_ns.min()), int(log.t_ns.max())
     if low < 0 or high >= 2**31 * 1_000_000_000:

@@ -116,6 +116,8 @@ def scan(path: Path, regions: list[Region], beyond: bool = False) -> McapScan:
 
     With ``beyond``, chunks behind a damaged place are searched for as well: those that a checksum
     shows to be whole, each once.
+
+    :raises BagError: if the file cannot be read or is no MCAP file.
     """
     found = McapScan(path, regions, beyond=beyond)
     try:

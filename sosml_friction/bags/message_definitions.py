@@ -70,6 +70,8 @@ def message_definition(type_name: str) -> str:
 
     Each dependency is preceded by an empty line's break, a line of 80 ``=`` and a line
     ``MSG: package/Name``: the text rosbag2 writes for the same installed files.
+
+    :raises BagError: if an interface file is not installed.
     """
     seen: set[str] = set()
 

@@ -41,7 +41,11 @@ class MessageStore:
         return message
 
     def fetch_all(self, region: int, offset: IndexArray, length: int) -> NDArray[np.uint8]:
-        """Return the bytes of K messages of one region and one length, (K, length), a copy."""
+        """
+        Return the bytes of K messages of one region and one length, (K, length), a copy.
+
+        :raises BagError: as :meth:`fetch`.
+        """
         # What is fetched first finds out whether the region can be read, and the last what is
         # there of it.
         last = int(offset.max())

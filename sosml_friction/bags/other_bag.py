@@ -49,6 +49,10 @@ def copy_bag(source: Path, destination: Path) -> Path:
     Of rosbag2 these are the messages of all types that are read of bags, byte for byte, and the
     tags; of ROS 1 the motion and the robot_description, and if no topic is joint_states, the only
     one of that type is taken.
+
+    :raises BagError: if the bag cannot be read or has no such topic, or is of ROS 1 and rosbags is
+        not installed.
+    :raises DataError: if a file of it was not fetched.
     """
     for file in other_files(source):
         refuse_stand_in(file)

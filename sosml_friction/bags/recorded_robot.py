@@ -52,6 +52,8 @@ def read_recorded_robot(
     :param namespace: which robot, where a bag holds several.
     :param own_urdf: whether the URDF of the folder ``model`` comes before the bag's: where the
         model is what is put to the test.
+    :raises BagError: if the bag cannot be read or has no joint_states.
+    :raises ConfigurationError: if no model or URDF is known, or joints disagree.
     """
     bag = Bag.open(path, namespace)
     log = bag.joint_log()
@@ -79,6 +81,8 @@ def read_nominal(
 
     The URDF of a model whose rigid body was identified comes before the bag's. A bag without a
     model has that of its URDF, with the joints that its joint_states name and no armature.
+
+    :raises ConfigurationError: if no model or URDF is known.
     """
     nominal = _model_of(bag, path, model, urdf)
     own = nominal.urdf if own_urdf or nominal.is_rigid_body_identified else None
@@ -102,6 +106,10 @@ def stated_armature(
     Return the robot in a bag with the armatures [kg m2 or kg] that its model does not know.
 
     They are given by joint; '*' is for all others.
+
+    :raises BagError: if the bag has no joint_states.
+    :raises ConfigurationError: if no URDF is known, it has none of these joints, or an armature
+        cannot be.
     """
     nominal = read_nominal(bag, path, model, urdf, own_urdf=model is not None)
     return nominal.with_armature(armature, 'stated with the recording')

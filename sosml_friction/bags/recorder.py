@@ -55,7 +55,11 @@ class TypeDefinition(NamedTuple):
 
     @classmethod
     def installed(cls, type_name: str) -> TypeDefinition:
-        """Return the definition of a type, which must be installed."""
+        """
+        Return the definition of a type, which must be installed.
+
+        :raises BagError: if it is not.
+        """
         return cls(message_definition(type_name).encode(), 'ros2msg', type_hash(type_name))
 
 
@@ -192,7 +196,12 @@ class BagRecorder:
     def write(
         self, topic: str, cdr_bytes: bytes, log_time_ns: int, publish_time_ns: int | None = None
     ) -> None:
-        """Append one message as received: time of reception and, where known, of publication."""
+        """
+        Append one message as received: time of reception and, where known, of publication.
+
+        :raises BagError: if the topic was not added, a time is negative, the recorder is closed or
+            the disk refuses.
+        """
         if publish_time_ns is None:
             publish_time_ns = log_time_ns
         with self._writing():
@@ -227,14 +236,22 @@ class BagRecorder:
             self._recent_ns = log_time_ns
 
     def flush(self) -> None:
-        """Hand every message that was written to the operating system."""
+        """
+        Hand every message that was written to the operating system.
+
+        :raises BagError: if the recorder is closed or the disk refuses.
+        """
         with self._writing():
             self._writer.flush()
             self._flushed_log_ns = self._recent_ns
             self._flushed_clock_ns = monotonic_ns()
 
     def close(self) -> None:
-        """Finish the file and write ``metadata.yaml``; again does nothing."""
+        """
+        Finish the file and write ``metadata.yaml``; again does nothing.
+
+        :raises BagError: if the disk refuses.
+        """
         with self._lock:
             if self._closed:
                 return

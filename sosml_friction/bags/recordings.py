@@ -29,6 +29,11 @@ def read_recordings(
     The arguments are those of :func:`~sosml_friction.bags.recorded_robot.read_recorded_robot`, for
     every bag, and ``step`` is called with what is being done. ``whole`` refuses bags with
     different models of one robot, too.
+
+    :raises BagError: if a bag cannot be read or has no joint_states.
+    :raises ConfigurationError: if no model or URDF is known, a bag is given twice or as a copy, or
+        bags are of different robots.
+    :raises DataError: if no joint of a bag has effort.
     """
     found: dict[Source, RecordedRobot] = {}
     for label, path in bag_labels(paths).items():
@@ -60,7 +65,11 @@ def read_labelled(
 def require_same_robot(
     first: str, one: RobotModelFile, second: str, other: RobotModelFile, whole: bool = False
 ) -> None:
-    """Refuse recordings with other joints, armature or URDF, or, if ``whole``, another model."""
+    """
+    Refuse recordings with other joints, armature or URDF, or, if ``whole``, another model.
+
+    :raises ConfigurationError: if joints, inertia of the rotors or URDF differ.
+    """
     said = f'bags {first} and {second} are not of the same robot: '
     if one.joint_names != other.joint_names:
         raise ConfigurationError(

@@ -22,6 +22,8 @@ def repair_bag(path: str | Path, destination: str | Path) -> dict[str, Any]:
     whose schema is ``docs/schema/repair.schema.json``; ``output`` is None, and nothing is written,
     where nothing is damaged. ``lost`` is how many messages are missing, as far as the bag says how
     many it had.
+
+    :raises BagError: if no message can be saved, or ``destination`` exists or cannot be written.
     """
     path, destination = Path(path), Path(destination)
     bag = Bag.open(path, beyond=True)

@@ -14,7 +14,11 @@ from sosml_friction.exceptions import BagError, ConfigurationError
 
 @cache
 def message_class(type_name: str) -> type[Any]:
-    """Return the Python class of an installed type such as ``sensor_msgs/msg/JointState``."""
+    """
+    Return the Python class of an installed type such as ``sensor_msgs/msg/JointState``.
+
+    :raises BagError: if its package or the type is not installed.
+    """
     package, name = split_type_name(type_name)
     try:
         kind: type[Any] = getattr(importlib.import_module(f'{package}.msg'), name)
@@ -44,6 +48,8 @@ def serialize(message: Any) -> bytes:
     Alignment gaps hold arbitrary bytes, and after an empty array of doubles up to 8 arbitrary
     bytes follow the message: rclpy reserves more than it fills. ROS readers pass over them; bytes
     received from a topic do not have them, nor do those of :func:`serialize_joint_state`.
+
+    :raises ConfigurationError: if rclpy is not installed.
     """
     return bytes(_rclpy_serialization().serialize_message(message))
 
@@ -101,7 +107,12 @@ def _text_end(cdr: bytes, at: int) -> int | None:
 
 
 def deserialize(cdr: bytes, type_name: str) -> Any:
-    """Return the message of type ``type_name`` that the CDR bytes hold."""
+    """
+    Return the message of type ``type_name`` that the CDR bytes hold.
+
+    :raises BagError: if the bytes are no such message or the type is not installed.
+    :raises ConfigurationError: if rclpy is not installed.
+    """
     kind = message_class(type_name)
     decode = _rclpy_serialization().deserialize_message
     try:

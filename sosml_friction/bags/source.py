@@ -33,7 +33,11 @@ def bag_name(bag: str | Path) -> str:
 
 
 def bag_labels(paths: Sequence[str | Path]) -> dict[str, Path]:
-    """Return the bags, each given once, by a label: its name, or where two share one, its path."""
+    """
+    Return the bags, each given once, by a label: its name, or where two share one, its path.
+
+    :raises ConfigurationError: if a bag is given twice.
+    """
     resolved = [Path(path).resolve() for path in paths]
     for k, path in enumerate(resolved):
         if path in resolved[:k]:

@@ -261,6 +261,7 @@ def find_recordings(folder: Path, out: Path) -> dict[str, Path]:
     Return the recordings below a folder by a name of each: bags, tables, and bags of others.
 
     :param out: results, which are no recordings.
+    :raises ConfigurationError: if there is none.
     """
     from sosml_friction.bags.other_bag import is_other_bag
 
@@ -322,7 +323,11 @@ def is_bag_folder(folder: Path) -> bool:
 
 
 def read_rows(command: str, place: Path) -> list[FleetRow]:
-    """Return the rows of one result."""
+    """
+    Return the rows of one result.
+
+    :raises DataError: if rows differ in their number of cells, or columns in no name.
+    """
     import json
 
     from sosml_friction.report.fleet.rows import diagnosis_rows, fit_rows, term_rows

@@ -42,7 +42,11 @@ def mjcf_option(what: str = '') -> Any:
 
 
 def parse_forms(text: str | None) -> tuple[str, ...]:
-    """Return the forms of ``--figures``, none where it was not given."""
+    """
+    Return the forms of ``--figures``, none where it was not given.
+
+    :raises ConfigurationError: if one is not known.
+    """
     names = as_names(text or None)
     if names is None:
         return ()
@@ -57,7 +61,11 @@ def stated(**values: Any) -> dict[str, Any]:
 
 
 def parse_numbers(option: str, text: str) -> list[float]:
-    """Read numbers with commas between them."""
+    """
+    Read numbers with commas between them.
+
+    :raises ConfigurationError: if one is none.
+    """
     try:
         return [float(part) for part in text.split(',')]
     except ValueError:
@@ -69,6 +77,7 @@ def parse_values(option: str, entries: list[str], what: str = 'JOINT=VALUE') -> 
     Read entries ``JOINT=VALUE``, or ``VALUE``, which is that of '*', all others.
 
     :param what: the form to ask for, where an entry is something else.
+    :raises ConfigurationError: if one is neither.
     """
     stated = {}
     for entry in entries:

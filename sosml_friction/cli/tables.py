@@ -243,7 +243,11 @@ def _as_list(paths: Path | list[Path]) -> list[Path]:
 def urdf_text(
     urdf: Path | None, model: Path | None = None, mjcf: Path | None = None
 ) -> str | None:
-    """Return a URDF, else that of a model folder or of an MJCF, None if none is given."""
+    """
+    Return a URDF, else that of a model folder or of an MJCF, None if none is given.
+
+    :raises ConfigurationError: if it cannot be read.
+    """
     from sosml_friction.model.model_folder import read_model
 
     if urdf is None and mjcf is not None:
@@ -321,7 +325,11 @@ def make_bag(
 def stated_mapping(
     table: Path, said: dict[str, Any], urdf: str | None
 ) -> tuple[dict[str, Any], list[str]]:
-    """Return the mapping that the options of columns make, and sentences on what was assumed."""
+    """
+    Return the mapping that the options of columns make, and sentences on what was assumed.
+
+    :raises ConfigurationError: if they do not say what is needed.
+    """
     from sosml_friction.bags.tables.data_file import DataFile
     from sosml_friction.bags.tables.mapping import NO_POSITION
     from sosml_friction.bags.tables.stated_columns import Columns, map_columns

@@ -24,7 +24,11 @@ class UsdTarget(ExportTarget):
     holds_armature = True
 
     def text(self, model: RobotModelFile) -> str:
-        """Return the layer; intervals and losses are comments at its head."""
+        """
+        Return the layer; intervals and losses are comments at its head.
+
+        :raises ConfigurationError: if two joints have one name in USD.
+        """
         robot = _identifier(model.name)
         stage = f'defaultPrim = "{robot}"\n    kilogramsPerUnit = 1\n    metersPerUnit = 1'
         lines = [f'#usda 1.0\n(\n    {stage}\n)', *(f'# {note}' for note in self.notes(model))]

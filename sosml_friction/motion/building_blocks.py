@@ -75,6 +75,7 @@ class TrajectoryBuilder:
 
         :param top_speed: no joint is faster, one for all or (n,) [rad/s or m/s]; the speed
             peaks at 15/8 of the mean.
+        :raises TrajectoryError: if the motion is not at rest now.
         """
         self._require_rest('a move')
         way = np.asarray(q, dtype=float) - self.q
@@ -135,6 +136,7 @@ class TrajectoryBuilder:
 
         :param shape: from times (k,) [s] to displacement and velocity, each (k, n); both are zero
             at 0 and at ``duration``.
+        :raises TrajectoryError: if the motion is not at rest now.
         """
         self._require_rest('a wave')
         t = self._grid(duration)
@@ -196,7 +198,11 @@ def begin_motion(
 
 
 def per_joint(what: str, values: Sequence[float], n: int) -> FloatArray:
-    """Return ``values`` for each of n joints, where one value stands for all."""
+    """
+    Return ``values`` for each of n joints, where one value stands for all.
+
+    :raises TrajectoryError: if there are neither one nor n.
+    """
     if len(values) not in (1, n):
         raise TrajectoryError(
             f'{what} has {len(values)} values for {n} joints: give one for all or one for each'

@@ -63,7 +63,11 @@ def build_trajectory(
 
 
 def find_kind(name: str) -> type[TrajectoryKind]:
-    """Return the kind of that name, or of that label of the paper (``T1``)."""
+    """
+    Return the kind of that name, or of that label of the paper (``T1``).
+
+    :raises TrajectoryError: if there is none; the sentence lists those that exist.
+    """
     for kind in TRAJECTORIES.values():
         if name and name in (kind.name, kind.label):
             return kind

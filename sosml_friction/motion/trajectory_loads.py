@@ -55,7 +55,11 @@ class LimitUse:
 
 
 def trajectory_loads(trajectory: Trajectory, robot: Robot, step: float = 0.01) -> TrajectoryLoads:
-    """Sample a trajectory every ``step`` [s], its last instant included."""
+    """
+    Sample a trajectory every ``step`` [s], its last instant included.
+
+    :raises TrajectoryError: if it lacks a joint of the robot.
+    """
     missing = [name for name in robot.names if name not in trajectory.names]
     if missing:
         raise TrajectoryError(

@@ -38,7 +38,11 @@ class TrajectoryOption:
         return 'integer' if isinstance(self.default, int) else 'double'
 
     def parse(self, text: str) -> Value:
-        """Read the value from text, a list with commas."""
+        """
+        Read the value from text, a list with commas.
+
+        :raises TrajectoryError: as :meth:`check`.
+        """
         try:
             if isinstance(self.default, tuple):
                 return self.check([float(part) for part in text.split(',')])
@@ -50,7 +54,11 @@ class TrajectoryOption:
             ) from error
 
     def check(self, value: float | Sequence[float]) -> Value:
-        """Return the value in the type of the default."""
+        """
+        Return the value in the type of the default.
+
+        :raises TrajectoryError: if it has another type, is not finite or out of range.
+        """
         numbers = np.atleast_1d(np.asarray(value, dtype=float))
         low, high = self.range or (-np.inf, np.inf)
         if self.default and not numbers.size:

@@ -9,7 +9,11 @@ from sosml_friction.exceptions import ConfigurationError
 
 
 def engine() -> Any:
-    """Return the module ``mujoco``."""
+    """
+    Return the module ``mujoco``.
+
+    :raises ConfigurationError: if it is not installed.
+    """
     try:
         import mujoco
     except ImportError as error:

@@ -66,7 +66,11 @@ def all_joint_specs(*, mount: bool = False) -> tuple[ParameterSpec, ...]:
 
 
 def declare_joints(node: Node, joints: Iterable[str], *, mount: bool = False) -> dict[str, Any]:
-    """Declare the parameters of each joint's type of actuator; return them by full names."""
+    """
+    Declare the parameters of each joint's type of actuator; return them by full names.
+
+    :raises ConfigurationError: as :func:`declare`, or if there is no such type.
+    """
     values: dict[str, Any] = {}
     for joint in joints:
         own = declare(node, [_driver_spec()], joint)

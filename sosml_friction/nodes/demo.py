@@ -58,6 +58,9 @@ def run_demo(output: Path, seed: int = 0, json: bool = False) -> int:
     ``output`` gets ``report.html``, ``fit.json`` and the model (``model.yaml``, ``robot.urdf``),
     the bag in ``run/bag`` and what the nodes said in ``logs``. With ``json`` the object of ``sosml
     fit --json`` is printed. The code is 1 if a joint could not be fitted.
+
+    :raises ConfigurationError: if ``output`` holds something else or cannot be written.
+    :raises ActuatorError: if a node ends or does not answer.
     """
     check_destination(output, (RUN, LOGS))
     truth = read_model(share_directory() / 'config' / 'emulated_exoskeleton')
@@ -102,6 +105,7 @@ def run_chain(
     :param step: called with the phase in words and, while the robot moves, the share done.
     :param plateau: length of a plateau [s], None for T1's.
     :raises ActuatorError: if a node ends or does not answer; the sentence quotes its last words.
+    :raises ConfigurationError: if ``output`` cannot be written.
     """
     _prepare(output)
     # Never the domain the user's shell names: a real robot may be on it, and it would move.

@@ -153,7 +153,11 @@ class DriverNode(LifecycleNode):
         self._entities: list[tuple[Any, Any]] = []
 
     def autostart(self) -> None:
-        """Configure and activate if the parameter ``autostart`` says so; raise why it cannot."""
+        """
+        Configure and activate if the parameter ``autostart`` says so; raise why it cannot.
+
+        :raises SosmlFrictionError: why the configuration failed.
+        """
         if not self._autostart:
             return
         self._starting = True
@@ -436,7 +440,11 @@ class DriverNode(LifecycleNode):
                 self.get_logger().error(f'trajectory refused: {error}')
 
     def begin(self, message: JointTrajectoryMessage, senders: list[Endpoint]) -> None:
-        """Start a trajectory that one of ``senders`` sent; an error says why it is refused."""
+        """
+        Start a trajectory that one of ``senders`` sent; an error says why it is refused.
+
+        :raises SosmlFrictionError: why it is refused; the diagnostics say it as well.
+        """
         try:
             if self._driver is None or self._thread is None:
                 raise TrajectoryError('the driver is not active: activate it first')
@@ -530,7 +538,11 @@ class DriverNode(LifecycleNode):
 
 
 def make_driver_node() -> DriverNode:
-    """Make the node and start it if its parameter ``autostart`` says so."""
+    """
+    Make the node and start it if its parameter ``autostart`` says so.
+
+    :raises SosmlFrictionError: why it cannot start.
+    """
     # The cycle's thread must not wait 5 ms for a callback to give the interpreter away.
     sys.setswitchinterval(5e-4)
     node = DriverNode()

@@ -90,6 +90,8 @@ class EmulatorNode(ProgramNode):
 
     The parameter ``faults`` may be set while it runs: what is new in it begins, what is gone ends,
     an empty one ends all. A fault that does not exist is refused with a reason.
+
+    :raises SosmlFrictionError: if a parameter, the model or the bus does not fit.
     """
 
     def __init__(self, **kwargs: Any) -> None:
@@ -177,7 +179,11 @@ class EmulatorNode(ProgramNode):
 
 
 def make_emulator_node() -> EmulatorNode:
-    """Make the node."""
+    """
+    Make the node.
+
+    :raises SosmlFrictionError: why it cannot start.
+    """
     # As in the driver: replies are due within a fraction of a millisecond.
     sys.setswitchinterval(5e-4)
     return EmulatorNode()

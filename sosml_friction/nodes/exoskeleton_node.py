@@ -39,6 +39,8 @@ class DirectObserverNode(ObserverNode):
 
     The driver's thread and the executor's take turns: samples come in one, parameters, services
     and timers in the other.
+
+    :raises ConfigurationError: if the parameters do not fit.
     """
 
     def __init__(self, driver: DriverNode) -> None:
@@ -49,7 +51,11 @@ class DirectObserverNode(ObserverNode):
             self._on_description(String(data=driver.description))
 
     def refuse_unknown_parameters(self) -> None:
-        """Refuse as the other nodes do, and say whose parameter it may be."""
+        """
+        Refuse as the other nodes do, and say whose parameter it may be.
+
+        :raises ConfigurationError: with the way out.
+        """
         try:
             super().refuse_unknown_parameters()
         except ConfigurationError as error:
@@ -81,7 +87,11 @@ class DirectObserverNode(ObserverNode):
 
 
 def make_nodes() -> list[Node]:
-    """Make the driver and the observer of its samples; where one cannot start no output is on."""
+    """
+    Make the driver and the observer of its samples; where one cannot start no output is on.
+
+    :raises SosmlFrictionError: why they cannot start; then no output is on.
+    """
     driver = make_driver_node()
     try:
         return [driver, DirectObserverNode(driver)]

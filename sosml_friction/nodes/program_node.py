@@ -20,7 +20,11 @@ class ProgramNode(Node):
     outcome: BaseException | None = None
 
     def refuse_unknown_parameters(self) -> None:
-        """Refuse parameters that are none of the node's: ROS would not say a word."""
+        """
+        Refuse parameters that are none of the node's: ROS would not say a word.
+
+        :raises ConfigurationError: naming the parameter and the one that may have been meant.
+        """
         for name in getattr(self, '_parameter_overrides', {}):
             if not self.has_parameter(name):
                 known = [known for known in self._parameters if '.' not in known or '.' in name]

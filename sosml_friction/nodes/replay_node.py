@@ -71,6 +71,9 @@ class ReplayNode(ProgramNode):
 
     Latched texts are published first. Playing begins when joint_states has its ``subscribers``, or
     after ``wait``; the program ends when every message was acknowledged.
+
+    :raises BagError: if the bag cannot be read.
+    :raises ConfigurationError: if nothing is left to play.
     """
 
     def __init__(self) -> None:

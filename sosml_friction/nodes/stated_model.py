@@ -42,6 +42,8 @@ class StatedModel:
 
     ``model`` is None as long as it is to be made of robot_description and ``joints``, or those
     that are measured where they are empty (:meth:`make`); ``label`` says where it comes from.
+
+    :raises ConfigurationError: if the model cannot be read or the armature does not fit.
     """
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
@@ -61,13 +63,21 @@ class StatedModel:
             )
 
     def make(self, urdf: str, joints: Sequence[str] = ()) -> RobotModelFile:
-        """Make the model of a URDF and the stated or, if none are, these measured ``joints``."""
+        """
+        Make the model of a URDF and the stated or, if none are, these measured ``joints``.
+
+        :raises ConfigurationError: if the URDF cannot be used, or lacks a joint that was stated.
+        """
         made = skeleton_model(urdf, self.joints or joints, bool(self.joints))
         self.model = self._with_armature(made)
         return self.model
 
     def robot(self, urdf: str, measured: Mapping[str, tuple[float, float]] | None = None) -> Robot:
-        """Return the rigid body, other joints held where they were ``measured`` first."""
+        """
+        Return the rigid body, other joints held where they were ``measured`` first.
+
+        :raises ConfigurationError: if the URDF cannot be used with the model.
+        """
         assert self.model is not None
         try:
             return self.model.held_where_measured(measured or {}, urdf).make_robot(urdf)

@@ -13,7 +13,11 @@ from sosml_friction.motion.trajectory import Trajectory
 
 
 def trajectory_from_message(message: JointTrajectoryMessage) -> Trajectory:
-    """Return the message's trajectory; its accelerations, efforts and start time are not used."""
+    """
+    Return the message's trajectory; its accelerations, efforts and start time are not used.
+
+    :raises TrajectoryError: if points have positions or velocities of differing numbers.
+    """
     names = tuple(message.joint_names)
     points = message.points
     times = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in points]

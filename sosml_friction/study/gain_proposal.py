@@ -41,7 +41,11 @@ class GainProposal:
 
 
 def parse_stated(name: str, entries: Sequence[str], joints: Sequence[str]) -> dict[str, float]:
-    """Read ``JOINT=VALUE`` or ``VALUE`` for all joints."""
+    """
+    Read ``JOINT=VALUE`` or ``VALUE`` for all joints.
+
+    :raises ConfigurationError: if an entry is neither, or names no joint of the robot.
+    """
     option = f'--{name.replace("_", "-")}'
     stated: dict[str, float] = {}
     for entry in entries:
@@ -64,7 +68,11 @@ def parse_stated(name: str, entries: Sequence[str], joints: Sequence[str]) -> di
 
 
 def parse_effort_hold(entries: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
-    """Read ``JOINT=HOLD`` or ``HOLD`` for all joints."""
+    """
+    Read ``JOINT=HOLD`` or ``HOLD`` for all joints.
+
+    :raises ConfigurationError: if an entry is neither, or names no joint of the robot.
+    """
     stated: dict[str, str] = {}
     for entry in entries:
         joint, _, hold = entry.rpartition('=')

@@ -39,6 +39,9 @@ def check_bus(
 
     Nothing is written to an actuator and no motor is commanded; a servo bridge, which answers
     nothing else, is told "off". ``values`` are the parameters of driver_node, flat.
+
+    :raises ConfigurationError: if they do not fit each other or the model.
+    :raises ActuatorError: if the bus cannot be opened or fails, or another host is driving.
     """
     configuration = DriverConfiguration.from_parameters({**values, 'can_bitrate': bitrate})
     model = values.get('model') or share_directory() / 'config' / 'exoskeleton'
@@ -71,6 +74,8 @@ def scan_bus(inquiry: Inquiry) -> list[FoundActuator]:
     Each type of actuator asks in its own way. A servo bridge answers nothing but a command: it is
     told "off", which it is anyway while no driver runs. So the bus is listened to first, and where
     somebody else talks nothing is asked.
+
+    :raises ActuatorError: if the bus fails, or another host is talking on it.
     """
     kinds = Actuator.registry.values()
     try:

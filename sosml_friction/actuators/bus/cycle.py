@@ -137,6 +137,8 @@ class BusCycle:
 
         What lies in the receive buffer beforehand is dropped as stale. At the deadline, what has
         arrived by then is still read. A transmit buffer that is full counts as no reply.
+
+        :raises ActuatorError: if the bus fails or the controller is off the bus.
         """
         counters = self.counters
         with self._guard():
@@ -160,7 +162,11 @@ class BusCycle:
         return missing
 
     def listen(self, until_ns: int) -> None:
-        """Take what comes until ``until_ns``, asking nothing."""
+        """
+        Take what comes until ``until_ns``, asking nothing.
+
+        :raises ActuatorError: if the bus fails or the controller is off the bus.
+        """
         with self._guard():
             while (timeout := (until_ns - self._clock.now_ns()) * 1e-9) > 0.0:
                 message = self.bus.recv(timeout)

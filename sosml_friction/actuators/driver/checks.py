@@ -21,7 +21,11 @@ _LISTEN_NS = 20_000_000
 
 
 def check_robot(robot: Robot, names: tuple[str, ...], who: str) -> None:
-    """Refuse a model of other joints, and limits that limit nothing, NaN among them."""
+    """
+    Refuse a model of other joints, and limits that limit nothing, NaN among them.
+
+    :raises ConfigurationError: with the joint and its limit.
+    """
     if robot.names != names:
         raise ConfigurationError(
             f'the model has the joints {", ".join(robot.names)}, the {who} {", ".join(names)}: '
@@ -96,6 +100,8 @@ def run_start_ups(
 
     ``read_only`` writes nothing to any motor: its ``watchdog``, which takes a second to judge, is
     never set.
+
+    :raises ActuatorError: if the bus fails.
     """
     start_ups = [
         StartUp(own.name, own.start_up(read_only=read_only, watchdog=watchdog), own.silence())

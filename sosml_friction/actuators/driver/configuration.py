@@ -26,6 +26,8 @@ class DriverConfiguration:
     A program that has said :meth:`JointDriver.heartbeat` once and is then silent for
     ``host_timeout`` is a fault. Between the URDF's limits and ``limit_margin`` beyond, the soft
     stop lets the torque outward fade.
+
+    :raises ConfigurationError: if values do not fit.
     """
 
     joints: tuple[JointConfiguration, ...]
@@ -112,7 +114,11 @@ class DriverConfiguration:
 
     @classmethod
     def from_parameters(cls, values: Mapping[str, Any]) -> DriverConfiguration:
-        """Build it from flat parameters, ``shoulder.can_id`` and the like."""
+        """
+        Build it from flat parameters, ``shoulder.can_id`` and the like.
+
+        :raises ConfigurationError: if one is missing, unknown to its actuator or does not fit.
+        """
         own = {
             place.name: values[key] for key, (place, _) in parameters_of(cls).items()
             if key in values
@@ -125,6 +131,8 @@ def joints_from_parameters(values: Mapping[str, Any]) -> tuple[JointConfiguratio
     Build the joints from flat parameters, ``shoulder.can_id`` and the like.
 
     The values that drive a joint may be missing where it is only mounted, as in the emulator.
+
+    :raises ConfigurationError: if one is missing, unknown to its actuator or does not fit.
     """
     names = _required(values, 'joints')
     if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
@@ -160,7 +168,11 @@ def _required(values: Mapping[str, Any], key: str) -> Any:
 
 
 def read_parameters(path: str | Path, node: str) -> dict[str, Any]:
-    """Read the parameters of ``node``, flat, those for any node included, from a ROS file."""
+    """
+    Read the parameters of ``node``, flat, those for any node included, from a ROS file.
+
+    :raises ConfigurationError: if the file cannot be read or has nothing for ``node``.
+    """
     result = node_parameters(Path(path), node)
     if not result:
         raise ConfigurationError(f'parameter file {path} has nothing for {node}')

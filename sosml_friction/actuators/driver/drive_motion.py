@@ -52,7 +52,11 @@ class DriveMotion:
         self.follower = TrajectoryFollower(np.zeros(len(self._names)))
 
     def prepare(self, trajectory: Trajectory, q: FloatArray) -> Trajectory:
-        """Check a trajectory as a whole, to be started at ``q``."""
+        """
+        Check a trajectory as a whole, to be started at ``q``.
+
+        :raises TrajectoryError: if it does not fit.
+        """
         return prepare_trajectory(trajectory, self._names, self._limits, q, self._tolerance)
 
     def brake(self, q: FloatArray, v: FloatArray) -> None:

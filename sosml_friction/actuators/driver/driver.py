@@ -103,7 +103,11 @@ class JointDriver:
     # ---- what is asked of it
 
     def configure(self) -> None:
-        """Ask every actuator who and where it is, without commanding any motor."""
+        """
+        Ask every actuator who and where it is, without commanding any motor.
+
+        :raises ActuatorError: if one is silent, reports a fault, or is outside its joint's limits.
+        """
         self.checks = run_start_ups(self._bus.cycle, self._clock, self._actuators, read_only=False)
         for check in self.checks:
             if check.problem:
@@ -122,6 +126,9 @@ class JointDriver:
         Hold the joints, braking those that move; clears a latched fault whose cause is gone.
 
         It is refused if an actuator is silent, faulty or outside its limits, or no cycle has run.
+
+        :raises ActuatorError: if an actuator is silent, faulty or outside its limits, or no cycle
+            has run yet.
         """
         with self._lock:
             if self.state is DriverState.ENABLED:
@@ -161,7 +168,11 @@ class JointDriver:
                 self._hold()
 
     def stop(self) -> None:
-        """Drop the trajectory, brake with ``stop_deceleration`` and hold; only where enabled."""
+        """
+        Drop the trajectory, brake with ``stop_deceleration`` and hold; only where enabled.
+
+        :raises ActuatorError: if the driver is not enabled.
+        """
         with self._lock:
             if self.state is not DriverState.ENABLED:
                 raise ActuatorError(f'the driver is {self.state.value}: there is nothing to stop')
@@ -169,7 +180,11 @@ class JointDriver:
             self._motion.brake(last.q, last.v)
 
     def follow(self, trajectory: Trajectory) -> None:
-        """Check a trajectory as a whole and start it in the next cycle, in place of another."""
+        """
+        Check a trajectory as a whole and start it in the next cycle, in place of another.
+
+        :raises TrajectoryError: if it does not fit, or the driver is not enabled.
+        """
         with self._lock:
             if self.state is not DriverState.ENABLED:
                 raise TrajectoryError(
@@ -217,6 +232,8 @@ class JointDriver:
 
         The next cycle begins when all replies are in, or ``reply_timeout`` has passed: a late
         reply of an RMD-X, which numbers nothing, could not be told from the next one.
+
+        :raises ActuatorError: if the driver is not configured.
         """
         start_ns = self._clock.now_ns()
         if self.state is DriverState.UNCONFIGURED:

@@ -49,6 +49,7 @@ class ExoskeletonEmulator:
     :param mounts: the actuator of each joint: type, identifier, direction, zero offset and torque
         constant of the hardware that is really there.
     :param position: where the joints rest at the start (n,) [rad or m].
+    :raises ConfigurationError: if joints or numbers do not fit.
     """
 
     def __init__(
@@ -196,7 +197,11 @@ class ExoskeletonEmulator:
         return next((own for own in self.faults if own.kind.place is FaultPlace.BUS), None)
 
     def inject(self, faults: str) -> None:
-        """Let faults begin besides those that stand, all or, in error, none."""
+        """
+        Let faults begin besides those that stand, all or, in error, none.
+
+        :raises ConfigurationError: if one of them does not exist; then none begins.
+        """
         for fault in parse_faults(faults, self.names):
             self._set((*self.faults, *(() if fault.kind.event else (fault,))))
             if fault.kind.place is FaultPlace.ACTUATOR:
@@ -209,7 +214,11 @@ class ExoskeletonEmulator:
         self._set(tuple(own for own in self.faults if name and own.name != name))
 
     def set_faults(self, faults: str) -> None:
-        """Have these faults and no others: those that stand already go on, the others begin."""
+        """
+        Have these faults and no others: those that stand already go on, the others begin.
+
+        :raises ConfigurationError: if one of them does not exist; then nothing changes.
+        """
         wanted = parse_faults(faults, self.names)
         before, self._wanted = self._wanted, wanted
         self._set(tuple(own for own in self.faults if own in wanted))

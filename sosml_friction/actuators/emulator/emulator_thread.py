@@ -45,7 +45,11 @@ class EmulatorThread(threading.Thread):
         emulator.advance(emulator.time_ns + STEP_NS)
 
     def set_faults(self, faults: str) -> None:
-        """Have these faults and no others, from any thread, from the next frame or tick on."""
+        """
+        Have these faults and no others, from any thread, from the next frame or tick on.
+
+        :raises ConfigurationError: if one of them does not exist; then nothing changes.
+        """
         parse_faults(faults, self._emulator.names)
         self._wanted.put(faults)
 

@@ -129,7 +129,11 @@ class Fault:
 
 
 def parse_fault(text: str, joints: Sequence[str]) -> Fault:
-    """Return the fault that ``text`` names: ``drop joint=shoulder fraction=0.5``."""
+    """
+    Return the fault that ``text`` names: ``drop joint=shoulder fraction=0.5``.
+
+    :raises ConfigurationError: if there is no such fault, joint or argument.
+    """
     name, *words = text.split() or ['']
     kind = _BY_NAME.get(name)
     if kind is None:
@@ -160,7 +164,11 @@ def parse_fault(text: str, joints: Sequence[str]) -> Fault:
 
 
 def parse_faults(text: str, joints: Sequence[str]) -> tuple[Fault, ...]:
-    """Return the faults that ``text`` names with semicolons between them; none if it is empty."""
+    """
+    Return the faults that ``text`` names with semicolons between them; none if it is empty.
+
+    :raises ConfigurationError: if one of them does not exist.
+    """
     return tuple(parse_fault(part, joints) for part in text.split(';') if part.strip())
 
 

@@ -27,6 +27,8 @@ class EmulatorOptions:
 
     ``rmd_current_noise=0.0`` and the like: each type's own ``options_type`` says what there is,
     besides ``latency`` from request to reply [s] and half-normal ``latency_jitter`` [s].
+
+    :raises ConfigurationError: if there is no such option.
     """
 
     def __init__(self, **values: Any) -> None:

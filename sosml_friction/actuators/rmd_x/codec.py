@@ -226,18 +226,32 @@ Reply = Message
 
 
 def encode_request(motor_id: int, request: Request) -> Frame:
-    """Return the frame the host sends."""
+    """
+    Return the frame the host sends.
+
+    :raises CanProtocolError: if the id is not 1..32, a value is not finite, or ``request`` is a
+        reply.
+    """
     return Frame(REQUEST_BASE + checked_id(motor_id), _pack(request, REQUESTS, 'request'))
 
 
 def decode_request(frame: Frame) -> tuple[int, Request]:
-    """Return the motor's id, 0 for all of them, and what it is asked."""
+    """
+    Return the motor's id, 0 for all of them, and what it is asked.
+
+    :raises CanProtocolError: if the frame is none of the requests.
+    """
     motor_id = 0 if frame.can_id == BROADCAST_ID else _id_of(frame, REQUEST_BASE)
     return motor_id, _unpack(frame, REQUESTS, 'asks')
 
 
 def encode_reply(motor_id: int, reply: Reply, protocol: Protocol = Protocol.V3) -> Frame:
-    """Return the frame the motor sends."""
+    """
+    Return the frame the motor sends.
+
+    :raises CanProtocolError: if the id is not 1..32, a value is not finite, or the protocol has no
+        such reply.
+    """
     return Frame(
         REPLY_BASE + checked_id(motor_id),
         _pack(reply, REPLIES[protocol], f'reply of {protocol.value}'),
@@ -245,12 +259,20 @@ def encode_reply(motor_id: int, reply: Reply, protocol: Protocol = Protocol.V3) 
 
 
 def decode_reply(frame: Frame, protocol: Protocol = Protocol.V3) -> tuple[int, Reply]:
-    """Return the motor's id and what it says."""
+    """
+    Return the motor's id and what it says.
+
+    :raises CanProtocolError: if the frame is none of the replies.
+    """
     return _id_of(frame, REPLY_BASE), _unpack(frame, REPLIES[protocol], 'answers')
 
 
 def checked_id(motor_id: int) -> int:
-    """Return ``motor_id``, which must be 1..32."""
+    """
+    Return ``motor_id``, which must be 1..32.
+
+    :raises CanProtocolError: if it is not 1..32.
+    """
     if motor_id not in MOTOR_IDS:
         raise CanProtocolError(f'motor id {motor_id} is not between 1 and 32')
     return motor_id

@@ -92,7 +92,11 @@ class Protocol(Enum):
 
     @classmethod
     def of_version(cls, date: int) -> Protocol:
-        """Return the variant of firmware ``date``, 20220206 or 2026042402; no date is an error."""
+        """
+        Return the variant of firmware ``date``, 20220206 or 2026042402; no date is an error.
+
+        :raises CanProtocolError: if that is no date.
+        """
         number = date * 100 if date < 10**8 else date
         year, month, day = number // 10**6, number // 10**4 % 100, number // 100 % 100
         if not (2010 <= year <= 2099 and 1 <= month <= 12 and 1 <= day <= 31):

@@ -22,6 +22,8 @@ class RmdXConfiguration(JointConfiguration):
 
     ``torque_constant`` is at the output [Nm/A]. Gains are needed in mode torque only,
     ``position_gain`` in mode speed, ``gear_ratio`` where lost turns of the motor are corrected.
+
+    :raises ConfigurationError: if a value does not fit.
     """
 
     driver = 'rmd_x'

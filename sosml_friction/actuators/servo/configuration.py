@@ -18,6 +18,8 @@ class ServoConfiguration(JointConfiguration):
     Describe a joint with a servo: ``dbc`` of its bridge, and ``dbc_map``, the DBC's own names.
 
     A name is mapped as ``ours=theirs``: ``servo_state=STATE_1``, ``servo_state.position=Pos``.
+
+    :raises ConfigurationError: if a value does not fit.
     """
 
     driver = 'servo_dbc'

@@ -158,7 +158,11 @@ class ServoDbc:
         return message
 
     def encode_command(self, command: ServoCommand) -> Frame:
-        """Return the command's frame; the target is rounded to the nearest count and saturated."""
+        """
+        Return the command's frame; the target is rounded to the nearest count and saturated.
+
+        :raises CanProtocolError: if the target is not finite.
+        """
         values = {'mode': int(command.mode), 'sequence': command.sequence % self.sequence_count}
         if command.mode is not Mode.OFF:
             name = 'target_position' if command.mode is Mode.POSITION else 'target_current'
@@ -166,7 +170,11 @@ class ServoDbc:
         return Frame(self.command_id, self._encode(self._command, values))
 
     def decode_command(self, frame: Frame) -> ServoCommand:
-        """Return the command in a frame."""
+        """
+        Return the command in a frame.
+
+        :raises CanProtocolError: if it is not ``servo_command``, too short or of an unknown mode.
+        """
         values = self._decode(self._command, frame)
         if values['mode'] not in list(Mode):
             raise CanProtocolError(f'frame {frame} asks for the unknown mode {values["mode"]}')
@@ -178,7 +186,11 @@ class ServoDbc:
         return ServoCommand(mode, values['sequence'], target)
 
     def encode_state(self, state: ServoState) -> Frame:
-        """Return the state's frame; a NaN current is sent as "not available"."""
+        """
+        Return the state's frame; a NaN current is sent as "not available".
+
+        :raises CanProtocolError: if position or velocity is not finite.
+        """
         values = {
             'position': self._counts('position', state.position),
             'velocity': self._counts('velocity', state.velocity),
@@ -193,7 +205,11 @@ class ServoDbc:
         return Frame(self.state_id, self._encode(self._state, values))
 
     def decode_state(self, frame: Frame) -> ServoState:
-        """Return the state in a frame."""
+        """
+        Return the state in a frame.
+
+        :raises CanProtocolError: if it is not ``servo_state`` or too short.
+        """
         values = self._decode(self._state, frame)
         current = math.nan
         if values['current'] != self._unavailable:

@@ -19,6 +19,9 @@ def read_excel(path: Path) -> tuple[Columns, list[str]]:
 
     Of equals it is the first. The header is found as in a table of text; formulas have the values
     that the program kept which saved them. The older kind ``.xls`` is not read.
+
+    :raises DataError: if openpyxl is not there, or the file is damaged, locked, of the older kind
+        ``.xls``, holds no numbers, or unpacks to too much.
     """
     try:
         import openpyxl

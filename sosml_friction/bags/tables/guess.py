@@ -44,6 +44,8 @@ def guess_mapping(
     slope of its position, and the factor between them tells their units. The effort is, of what is
     left, what follows the direction, speed and acceleration of its joint. Words in the names come
     first where there are any. The URDF says what joints are called and whether they turn or slide.
+
+    :raises DataError: if the file holds no series that could be the position of a joint.
     """
     return Guesser(data, urdf_text, rate=rate).guess()
 

@@ -24,6 +24,8 @@ def read_hdf5(path: Path) -> dict[str, NDArray[Any]]:
     A unit that a dataset has as an attribute stands behind its name, as ``name [unit]``. Datasets
     of more than two dimensions, such as pictures, are no series and are not read. MATLAB stores
     tables the other way around.
+
+    :raises DataError: if h5py is not there, or the file is damaged or unpacks to too much.
     """
     is_mat = path.suffix.lower() == '.mat'
     try:

@@ -56,6 +56,9 @@ def import_recording(
 
     :param mapping: a file, or what was read from one.
     :param tell: is given a sentence on everything that was done to the data unasked.
+    :raises ConfigurationError: if the mapping is wrong (see
+    :raises DataError: if the file does not hold what the mapping says, or time does not increase.
+    :raises BagError: if the bag exists or cannot be written.
     """
     destination = Path(destination)
     plan = mapping if isinstance(mapping, ImportMapping) else read_mapping(mapping)
@@ -100,6 +103,9 @@ def read_recording(source: str | Path, plan: ImportMapping, tell: Tell = _silent
     Return the JointLog that a data file holds according to a mapping.
 
     Samples that repeat the stamp before them are left out. A position that wraps is unwrapped.
+
+    :raises DataError: if the file does not hold what the mapping says, or time does not increase.
+    :raises ConfigurationError: if the mapping does not fit the file.
     """
     return _Reading(source, plan, tell).log()
 

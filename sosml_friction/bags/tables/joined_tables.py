@@ -29,6 +29,8 @@ def join_tables(
 
     :param columns: by quantity, ``NAME`` or ``NAME:UNIT`` of a column of each file; without one of
         time it is what grows all the time.
+    :raises ConfigurationError: if the names of the files do not say which joint each is.
+    :raises DataError: if their samples are at other times, or the first has no such column.
     """
     order = [_joint_of(table_name(path), joints) for path in paths]
     listed = ', '.join(path.name for path in paths)

@@ -292,7 +292,11 @@ def open_places(content: Any, where: str = '') -> list[str]:
 
 
 def parse_mapping(content: Any, path: Path) -> ImportMapping:
-    """Return the checked mapping ``content``; ``path`` is where its files are looked for."""
+    """
+    Return the checked mapping ``content``; ``path`` is where its files are looked for.
+
+    :raises ConfigurationError: as :func:`read_mapping`.
+    """
     read = _Reader(path)
     content = read.table(content, 'the mapping', _TOP_KEYS)
     places = open_places(content)

@@ -67,6 +67,10 @@ def read_unpacked(path: Path) -> tuple[str, bytes]:
 
     Whether a file is packed say its first bytes, whatever its name is: one that was named
     ``.csv.gz`` and is plain text is read as it stands. Of an archive its one table is read.
+
+    :raises DataError: if it is damaged, locked, holds no or several tables, or unpacks to far more
+        than it takes.
+    :raises OSError: if it cannot be read.
     """
     kind = file_kind(path)
     with path.open('rb') as stream:

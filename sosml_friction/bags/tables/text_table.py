@@ -61,7 +61,11 @@ def read_text_table(path: Path, raw: bytes) -> Columns:
 
 
 def read_rows(path: Path, rows: list[Row]) -> Columns:
-    """Return the cells of each column of a table that was not written as text."""
+    """
+    Return the cells of each column of a table that was not written as text.
+
+    :raises DataError: if rows differ in their number of cells, or columns in no name.
+    """
     text = '\n'.join(cell for row in rows for cell in row.cells if ',' in cell)
     rows = _with_points(rows, ';', text) if text else rows
     return _columns(path, rows, _first_of_numbers(rows), False)

@@ -85,7 +85,11 @@ def multisine(
 def add_multisine(
     motion: TrajectoryBuilder, settings: MultisineSettings, scale: FloatArray
 ) -> TrajectoryBuilder:
-    """Add the multisine about where the motion rests."""
+    """
+    Add the multisine about where the motion rests.
+
+    :raises TrajectoryError: if the band holds no line for a joint.
+    """
     moving = np.flatnonzero(scale)
     lines = settings.lines
     if len(lines) < len(moving):

@@ -35,6 +35,8 @@ def reversal(
 
     q(t) - centre = amplitude e(t) sin(2 pi frequency (t - T / 2)) with an envelope e that rises
     within ``ramp_s`` and falls within as much: odd in time about the middle T / 2 of the wave.
+
+    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the reversal', start, centre, scale)
     motion.move(middle, move_speeds(top_speed, factor), 0.4)

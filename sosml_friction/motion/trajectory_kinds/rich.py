@@ -54,6 +54,7 @@ def rich(
 
     :param offset: not scaled, but a joint whose scale is 0 keeps its posture.
     :param settings: of the multisine; the second posture has the next seed.
+    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the rich trajectory', start, centre, scale)
     sines = settings or MultisineSettings()

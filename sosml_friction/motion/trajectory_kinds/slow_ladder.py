@@ -26,6 +26,8 @@ def slow_ladder(
 
     A speed ladder whose slow plateaus last longer: at speed w for max(plateau_s, way / w), because
     the velocity of a window is known no better than the encoder's resolution over its way.
+
+    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the slow ladder', start, centre, scale)
     top = move_speeds(top_speed, factor)

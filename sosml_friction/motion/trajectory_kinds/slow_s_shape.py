@@ -26,6 +26,8 @@ def slow_s_shape(
     Plateaus at +speed and -speed joined by turns of ``turn_s``: the whole range between the two
     speeds is passed slowly, and friction against velocity draws its S. The defaults are the speed
     and times of the paper's simulation study.
+
+    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the slow S-shape', start, centre, scale)
     top = move_speeds(top_speed, factor)

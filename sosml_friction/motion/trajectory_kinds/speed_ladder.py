@@ -30,6 +30,7 @@ def speed_ladder(
 
     :param start: present position of each joint, at rest [rad or m]; its order is kept.
     :param centre: middle of the plateaus of each joint [rad or m].
+    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the ladder', start, centre, scale)
     top = move_speeds(top_speed, factor)

@@ -29,6 +29,7 @@ def symmetric_reversals(
     friction.
 
     :param plateau_s: with an encoder of 16 bit the evaluation needs 0.55 s of it.
+    :raises TrajectoryError: if joints differ.
     """
     motion, middle, factor = begin_motion('the train of reversals', start, centre, scale)
     top = move_speeds(top_speed, factor)

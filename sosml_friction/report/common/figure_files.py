@@ -58,7 +58,11 @@ FORMS: Mapping[str, Callable[[Figure], bytes]] = {
 
 
 def check_forms(forms: Sequence[str]) -> tuple[str, ...]:
-    """Return the forms of ``--figures``."""
+    """
+    Return the forms of ``--figures``.
+
+    :raises ConfigurationError: if one is not known.
+    """
     for form in forms:
         if form not in FORMS:
             raise ConfigurationError(
@@ -74,6 +78,7 @@ def write_figures(
     Write each figure of a report as ``figures/<name>_<figure>.<form>``, in place of earlier ones.
 
     :param views: what is drawn, by the name that its files begin with.
+    :raises ConfigurationError: if the folder cannot be written.
     """
     try:
         if forms:

@@ -62,7 +62,11 @@ def check_output_folder(
 
 
 def require_writable(folder: str | Path) -> None:
-    """Make sure that ``folder`` can be written before anything is computed for it."""
+    """
+    Make sure that ``folder`` can be written before anything is computed for it.
+
+    :raises ConfigurationError: if it cannot.
+    """
     workshop = _workshop(Path(folder), 'trial')
     shutil.rmtree(workshop, ignore_errors=True)
 

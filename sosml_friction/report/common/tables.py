@@ -42,6 +42,8 @@ def parameter_table(
 
     A parameter that is not identifiable is a range or a dash, never a number. The standard error
     is that of the observer whose fit becomes the model, the last column but one.
+
+    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
     views = joint_views(analysis, truth)
     observers = in_order(o for view in views for o in view.fits)

@@ -72,7 +72,11 @@ class Pair(NamedTuple):
 
 
 def compare_models(first: RobotModelFile, second: RobotModelFile) -> list[Pair]:
-    """Return every parameter of the joints that two models share."""
+    """
+    Return every parameter of the joints that two models share.
+
+    :raises ConfigurationError: if they share no joint.
+    """
     joints = [name for name in first.joint_names if name in second.joints]
     if not joints:
         raise ConfigurationError(

@@ -61,6 +61,8 @@ def write_diagnosis(
     Write diagnosis.json, report.html, and the extended model where a term is in it.
 
     Of a simulator's model always, in its own form as well.
+
+    :raises ConfigurationError: if the folder cannot be written.
     """
     with written_together(folder, KIND) as workshop:
         simulator = diagnosis.simulator

@@ -82,7 +82,11 @@ def render_report(
     extra: Mapping[str, str] | None = None,
     progress: Callable[[str], None] = lambda step: None,
 ) -> str:
-    """Return the report of an analysis as one HTML document, pictures included."""
+    """
+    Return the report of an analysis as one HTML document, pictures included.
+
+    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
+    """
     views = joint_views(analysis, truth)
     summaries, sections = [], []
     with page_of(len(views)):

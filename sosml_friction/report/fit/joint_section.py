@@ -68,7 +68,11 @@ def joint_section(view: JointView) -> str:
 
 
 def parameter_table(fits: Mapping[str, JointFit], view: JointView) -> str:
-    """Return the parameters of fits of a joint, that of the model first, with the truth."""
+    """
+    Return the parameters of fits of a joint, that of the model first, with the truth.
+
+    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
+    """
     order = sorted(fits, key=lambda observer: observer != view.preferred)
     columns = {'from': 'w', 'parameter': 'w', 'value': 'n', 'standard error': 'n',
                '95 % interval': 'n', 'unit': 'w'}  # fmt: skip

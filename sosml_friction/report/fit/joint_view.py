@@ -98,7 +98,11 @@ class JointView:
 
 
 def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> list[JointView]:
-    """Return the joints of an analysis in the order of its model."""
+    """
+    Return the joints of an analysis in the order of its model.
+
+    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
+    """
     log = analysis.log
     known = {} if truth is None else {n: j.friction for n, j in truth.joints.items() if j.friction}
     if truth is not None and not set(known) & set(log.names):

@@ -42,6 +42,8 @@ def fit_document(
     What is not known is None. Of several bags ``joints.<joint>.<observer>`` is what all say
     together; ``bags`` has the fits of each, and ``consolidation`` all of how they were put
     together.
+
+    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
     if isinstance(analysis, BagsAnalysis):
         return _bags_document(analysis, truth)
@@ -160,7 +162,11 @@ def figure_views(
 
 
 def check_destination(folder: str | Path, beside: Collection[str] = ()) -> Path:
-    """Return ``folder`` if results may be written there: it is absent, empty, or holds a fit."""
+    """
+    Return ``folder`` if results may be written there: it is absent, empty, or holds a fit.
+
+    :raises ConfigurationError: if it is a file or holds something else.
+    """
     return check_output_folder(folder, _KIND, beside)
 
 

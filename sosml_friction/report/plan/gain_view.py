@@ -63,7 +63,11 @@ def proposal_document(proposal: GainProposal) -> dict[str, Any]:
 
 
 def check_parameter_file(path: Path) -> Path:
-    """Return ``path`` if gains may be written there: it is absent or holds earlier gains."""
+    """
+    Return ``path`` if gains may be written there: it is absent or holds earlier gains.
+
+    :raises ConfigurationError: if it is something else, or its folder does not exist.
+    """
     return check_file(path, '--out', path.suffix.lower(), _MARK.encode())
 
 

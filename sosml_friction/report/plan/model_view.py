@@ -23,7 +23,11 @@ _HASHES = 'sha256'
 
 
 def check_model_folder(folder: Path, force: bool = False) -> None:
-    """Refuse a folder that holds something else than a model as ``sosml model`` made it."""
+    """
+    Refuse a folder that holds something else than a model as ``sosml model`` made it.
+
+    :raises ConfigurationError: with the folder, and the files that were changed.
+    """
     try:
         if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
             return
@@ -67,7 +71,11 @@ def _changed(folder: Path, model: RobotModelFile) -> list[str]:
 
 
 def robot_of(model: RobotModelFile) -> Robot:
-    """Return the rigid body, with rotors of no inertia where they are not known."""
+    """
+    Return the rigid body, with rotors of no inertia where they are not known.
+
+    :raises ConfigurationError: if there is none.
+    """
     return model.with_armature({'*': 0.0}).make_robot()
 
 

@@ -27,7 +27,11 @@ ASSUMED = {
 
 
 def parse_parameters(option: str, entries: Sequence[str]) -> dict[str, float]:
-    """Read entries ``NAME=NUMBER`` with names of friction parameters."""
+    """
+    Read entries ``NAME=NUMBER`` with names of friction parameters.
+
+    :raises ConfigurationError: if one is something else.
+    """
     found = {}
     for entry in entries:
         name, _, text = entry.partition('=')

@@ -137,7 +137,11 @@ def figure_views(found: RecordedSimulation) -> dict[str, object]:
 def write_simulation(
     folder: Path, found: RecordedSimulation, model: RobotModelFile, provenance: Mapping[str, Any]
 ) -> None:
-    """Write simulation.json and report.html."""
+    """
+    Write simulation.json and report.html.
+
+    :raises ConfigurationError: if the folder cannot be written.
+    """
     title = f'Simulation of {provenance["bag"]} with {provenance["model"]}'
     with written_together(folder, KIND) as workshop:
         document = simulation_document(found, model, provenance)

@@ -134,7 +134,11 @@ def write_study(
     document: Mapping[str, Any],
     progress: Callable[[str], None] = lambda name: None,
 ) -> Path:
-    """Write the document, the report and the figures of the cases that were run."""
+    """
+    Write the document, the report and the figures of the cases that were run.
+
+    :raises ConfigurationError: if the folder holds something else or cannot be written.
+    """
     kind = study_kind()
     folder = check_output_folder(folder, kind)
     with written_together(folder, kind) as workshop:

@@ -74,7 +74,11 @@ def write_term_fit(
     provenance: Mapping[str, Any],
     step: Callable[[str], None] = lambda text: None,
 ) -> Path:
-    """Write the model folder with report.html and fit.json, and return it."""
+    """
+    Write the model folder with report.html and fit.json, and return it.
+
+    :raises ConfigurationError: if the folder holds something else or cannot be written.
+    """
     folder = check_output_folder(folder, KIND)
     with written_together(folder, KIND) as workshop:
         fit.model.write(workshop)
