@@ -18,8 +18,8 @@ FIELDS = ('position', 'velocity', 'effort')
 _COUNT = struct.Struct('<I')
 #: Little-endian, plain: the only CDR that is read here.
 _ENCAPSULATION = b'\x00\x01'
-#: What comes before is the encapsulation.
-_ORIGIN = 4
+#: What comes before is the encapsulation, and alignment counts from here.
+ORIGIN = 4
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class JointStateLayout:
     def _parse(cls, cdr: bytes) -> JointStateLayout:
         if cdr[:2] != _ENCAPSULATION:
             raise _UnusualError
-        frame = _ORIGIN + 8
+        frame = ORIGIN + 8
         at = frame + 4 + _text(cdr, frame)
         first, names = _aligned(at, 4), []
         (count,) = _COUNT.unpack_from(cdr, first)
@@ -93,7 +93,7 @@ class JointStateLayout:
 
 def stamps(rows: NDArray[np.uint8]) -> IndexArray:
     """Return the stamps of messages [ns], (K,)."""
-    parts = np.ascontiguousarray(rows[:, _ORIGIN : _ORIGIN + 8])
+    parts = np.ascontiguousarray(rows[:, ORIGIN : ORIGIN + 8])
     nanoseconds = parts.view('<u4')[:, 1].astype(np.int64)
     return parts.view('<i4')[:, 0].astype(np.int64) * 1_000_000_000 + nanoseconds
 
@@ -111,4 +111,4 @@ def _text(cdr: bytes, at: int) -> int:
 
 
 def _aligned(at: int, size: int) -> int:
-    return at + (_ORIGIN - at) % size
+    return at + (ORIGIN - at) % size

@@ -60,25 +60,30 @@ def serialize_joint_state(
     position: Sequence[float] = (),
     velocity: Sequence[float] = (),
     effort: Sequence[float] = (),
+    frame_id: str = '',
 ) -> bytes:
     """
     Return the CDR bytes of a sensor_msgs/JointState, the same for the same values.
 
-    ``t_ns`` is the stamp [ns], 0 <= t_ns < 2^31 s; frame_id is empty. Little-endian, gaps filled
-    with zeros, and exactly as long as the message (see :func:`serialize`).
+    ``t_ns`` is the stamp [ns], 0 <= t_ns < 2^31 s. Little-endian, gaps filled with zeros, and
+    exactly as long as the message (see :func:`serialize`).
     """
-    # Header: stamp, then frame_id of length 1 (its NUL), padded to the next length.
-    body = bytearray(struct.pack('<iII4x', *divmod(t_ns, 1_000_000_000), 1))
+    body = bytearray(struct.pack('<iI', *divmod(t_ns, 1_000_000_000)))
+    _add_text(body, frame_id)
     body += struct.pack('<I', len(names))
     for name in names:
-        text = name.encode() + b'\0'
-        body += bytes(-len(body) % 4) + struct.pack('<I', len(text)) + text
-    body += bytes(-len(body) % 4)
+        _add_text(body, name)
     for values in (position, velocity, effort):
         body += struct.pack('<I', len(values))
         if values:
             body += bytes(-len(body) % 8) + struct.pack(f'<{len(values)}d', *values)
     return b'\x00\x01\x00\x00' + bytes(body)
+
+
+def _add_text(body: bytearray, text: str) -> None:
+    """Add a text with its length, its NUL and the gap to the next length."""
+    encoded = text.encode() + b'\0'
+    body += struct.pack('<I', len(encoded)) + encoded + bytes(-len(encoded) % 4)
 
 
 def plain_string(cdr: bytes) -> str | None:

@@ -11,7 +11,6 @@ another publisher is not heard. The numbers are those of two processes.
 
 import sys
 import threading
-from copy import deepcopy
 from functools import partial
 from typing import Any
 
@@ -22,6 +21,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from sosml_friction.bags.joint_state_form import of_message
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.nodes.driver_node import DriverNode, make_driver_node
 from sosml_friction.nodes.node_help import NodeHelp
@@ -66,12 +66,11 @@ class DirectObserverNode(ObserverNode):
 
     def _subscribe(self) -> None:
         # No topic: nobody publishes what is handed over.
-        self._driver.listen(self._on_joint_states)
+        self._driver.listen(self._on_sample)
 
-    def _on_joint_states(self, message: JointState) -> None:
+    def _on_sample(self, message: JointState) -> None:
         with self._turn:
-            # Kept until it is known which joints there are, while the driver fills it anew.
-            super()._on_joint_states(deepcopy(message) if self._watch is None else message)
+            self._on_joint_states(of_message(message))
 
     def _on_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         with self._turn:

@@ -23,7 +23,7 @@ class JointStatesTopic:
     Subscribe to joint_states.
 
     :param reliability: of :data:`~sosml_friction.nodes.observer_parameters.RELIABILITIES`.
-    :param take: is called with each message.
+    :param take: is called with the CDR bytes of each message.
     :param lose: is called with the number of messages that DDS lost.
     """
 
@@ -31,7 +31,7 @@ class JointStatesTopic:
         self,
         node: Node,
         reliability: str,
-        take: Callable[[JointState], None],
+        take: Callable[[bytes], None],
         lose: Callable[[int], None],
     ) -> None:
         self._node, self._reliability = node, reliability
@@ -73,10 +73,10 @@ class JointStatesTopic:
         events = SubscriptionEventCallbacks(message_lost=self._on_lost)
         try:
             return self._node.create_subscription(
-                JointState, _TOPIC, self._take, qos, event_callbacks=events
+                JointState, _TOPIC, self._take, qos, event_callbacks=events, raw=True
             )
         except UnsupportedEventTypeError:
-            return self._node.create_subscription(JointState, _TOPIC, self._take, qos)
+            return self._node.create_subscription(JointState, _TOPIC, self._take, qos, raw=True)
 
     def _on_lost(self, event: Any) -> None:
         self._lose(int(event.total_count_change))

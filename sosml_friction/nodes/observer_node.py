@@ -18,7 +18,6 @@ what the joint spends beside its rigid body, and so part of tau_f.
 
 import sys
 import time
-from array import array
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -28,13 +27,15 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
-from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.bags.wrap import RunningUnwrap
+from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.joint_state_form import JointStateForm, plain
+from sosml_friction.bags.message_types import JOINT_STATE
+from sosml_friction.bags.running_unwrap import RunningUnwrap
+from sosml_friction.bags.serialization import deserialize
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
@@ -57,7 +58,7 @@ from sosml_friction.observers.registry import (
     on_line_names,
     refuse_offline,
 )
-from sosml_friction.observers.watched_estimator import Watched, WatchedEstimator
+from sosml_friction.observers.watched_estimator import WatchedEstimator
 from sosml_friction.text_file import read_text
 
 #: Unusable messages, without a usable one, after which the node ends with a sentence. Chosen, no
@@ -86,7 +87,7 @@ class ObserverNode(ProgramNode):
         self._p = declare(self, parameters())
         self._stated = StatedModel(self._p)
         self._measured: MeasuredJoints | None = None
-        self._early: list[JointState] = []
+        self._early: list[bytes] = []
         self._correction: EffortCorrection | None = None
         if self._stated.model is not None:
             self._correct(self._stated.model)
@@ -94,7 +95,9 @@ class ObserverNode(ProgramNode):
         self._watch: WatchedEstimator | None = None
         self._topic: JointStatesTopic | None = None
         self._health = ObserverHealth(())
-        self._columns: dict[tuple[str, ...], IndexArray | None] = {}
+        #: By the length of a message; and all lists of names that were heard.
+        self._forms: dict[int, JointStateForm] = {}
+        self._names: set[tuple[str, ...]] = set()
         self._unusable = {'joints': 0, 'effort': 0, 'velocity': 0}
         self._has_estimated = False
         self._last_ns: int | None = None
@@ -156,9 +159,10 @@ class ObserverNode(ProgramNode):
         self._subscribe()
         self.get_logger().info('waiting for joint_states, to know which joints are measured')
 
-    def _see_joints(self, measured: MeasuredJoints, message: JointState) -> None:
+    def _see_joints(self, measured: MeasuredJoints, cdr: bytes) -> None:
         """Keep a message until it is known which joints there are, and begin with all of them."""
-        self._early.append(message)
+        self._early.append(cdr)
+        message = deserialize(cdr, JOINT_STATE)
         measured.see(message.name, message.position)
         if measured.known is None:
             return
@@ -203,8 +207,6 @@ class ObserverNode(ProgramNode):
         )
         self._unwrap = RunningUnwrap(robot.n)
         self._joints = list(robot.names)
-        # One for all samples: making one costs as much as filling it.
-        self._result = JointState(name=self._joints)
         self._health = ObserverHealth(robot.names)
         self._outputs = {
             name: self.create_publisher(JointState, f'friction_estimate/{name}', JOINT_STATES)
@@ -279,56 +281,38 @@ class ObserverNode(ProgramNode):
             self._run(replace(self._configuration, gains=gains))
         return SetParametersResult(successful=True)
 
-    def _on_joint_states(self, message: JointState) -> None:
+    def _on_joint_states(self, cdr: bytes) -> None:
         watch = self._watch
         if watch is None:
             if self._measured is not None:
-                self._see_joints(self._measured, message)
+                self._see_joints(self._measured, cdr)
             return
         now_s = time.monotonic()
-        names = tuple(message.name)
-        if names not in self._columns:
-            known = set(self._joints) <= set(names)
-            self._columns[names] = (
-                np.array([names.index(name) for name in self._joints]) if known else None
-            )
-        columns = self._columns[names]
-        if columns is None:
-            self._health.others(now_s, names)
+        form = self._forms.get(len(cdr))
+        if form is None or not form.fits(cdr):
+            cdr = plain(cdr)
+            form = self._form(cdr)
+        if not form.is_known:
+            self._health.others(now_s, form.names)
             self._count_unusable(
                 'joints',
-                f'joint_states has the joints {", ".join(names) or "(none)"} where the model has '
-                f'{", ".join(self._joints)}: name them alike or give another model',
+                f'joint_states has the joints {", ".join(form.names) or "(none)"} where the model '
+                f'has {", ".join(self._joints)}: name them alike or give another model',
             )
             return
-        q, v, tau = (
-            np.array(values)[columns]
-            if len(values) == len(names)
-            else np.full(len(columns), np.nan)
-            for values in (message.position, message.velocity, message.effort)
-        )
-        if not np.isfinite(tau).any():
-            self._count_unusable(
-                'effort',
-                'joint_states carries no effort, and without it friction cannot be told from '
-                'motion: make the driver publish effort in Nm or N',
-            )
-        elif watch.estimator.velocity_source == 'message' and not np.isfinite(v).any():
-            self._count_unusable(
-                'velocity',
-                'joint_states carries no velocity: make the driver publish it or set parameter '
-                'velocity_source to position_difference',
-            )
-        t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        t_ns, (q, v, tau) = form.read(cdr)
+        if not self._has_estimated:
+            self._count_lacking(v, tau)
         q = self._unwrap(t_ns, q)
-        taken = watch.update(t_ns, q, v, tau, (names, message.header.frame_id))
+        taken = watch.update(t_ns, q, v, tau, form.source)
         self._last_ns = t_ns
         if taken is None:
             self._health.heard(now_s, t_ns)
             self._health.event(now_s, 'repeated')
             return
         selected = taken.estimates[watch.selected]
-        self._has_estimated |= bool(np.isfinite(selected).any())
+        if not self._has_estimated:
+            self._has_estimated = bool(np.isfinite(selected).any())
         self._health.estimated(now_s, t_ns, selected, taken.causes, taken.remarks)
         for event in taken.events:
             self._health.event(now_s, event)
@@ -336,19 +320,42 @@ class ObserverNode(ProgramNode):
             gap_s = watch.estimator.maximum_gap_s
             self.get_logger().info(f'a gap in joint_states is now more than {gap_s:.3g} s')
             self._run(replace(self._configuration, maximum_gap_s=gap_s))
-        result = self._result
-        result.header = message.header
-        result.position, result.velocity = _numbers(q), _numbers(v)
-        self._publish(result, watch.selected, taken)
 
-    def _publish(self, result: JointState, selected: str, taken: Watched) -> None:
+        def message(effort: FloatArray) -> bytes:
+            return form.write(cdr, position, velocity, effort.tobytes())
+
+        position, velocity = q.tobytes(), v.tobytes()
         for name, publisher in self._outputs.items():
-            result.effort = _numbers(taken.estimates[name])
-            _send(publisher, result)
-            if name == selected:
-                _send(self._selected_output, result)
-        result.effort = _numbers(taken.error)
-        _send(self._error_output, result)
+            if publisher.get_subscription_count():
+                publisher.publish(message(taken.estimates[name]))
+        # Nobody who comes later gets it, and it costs the most: only where somebody listens.
+        if self._selected_output.get_subscription_count():
+            self._selected_output.publish(message(selected))
+        if self._error_output.get_subscription_count():
+            self._error_output.publish(message(taken.error))
+
+    def _form(self, cdr: bytes) -> JointStateForm:
+        """Return the form of a message, one of those that came last or a new one."""
+        form = self._forms.get(len(cdr))
+        if form is None or not form.fits(cdr):
+            form = self._forms[len(cdr)] = JointStateForm(cdr, self._joints)
+            self._names.add(form.names)
+        return form
+
+    def _count_lacking(self, v: FloatArray, tau: FloatArray) -> None:
+        assert self._watch is not None
+        if not np.isfinite(tau).any():
+            self._count_unusable(
+                'effort',
+                'joint_states carries no effort, and without it friction cannot be told from '
+                'motion: make the driver publish effort in Nm or N',
+            )
+        elif self._watch.estimator.velocity_source == 'message' and not np.isfinite(v).any():
+            self._count_unusable(
+                'velocity',
+                'joint_states carries no velocity: make the driver publish it or set parameter '
+                'velocity_source to position_difference',
+            )
 
     def _count_unusable(self, what: str, sentence: str) -> None:
         # Another publisher may share the topic, so one such message is no error; only such are.
@@ -382,7 +389,7 @@ class ObserverNode(ProgramNode):
             self._report([Said('observers', 'stale', waiting, {})])
             return
         # An arm and its gripper may share the topic: each names its own joints.
-        self._watch.several = len(publishers) > len(self._columns) > 0
+        self._watch.several = len(publishers) > len(self._names) > 0
         if self._watch.several:
             remark = remark or (
                 f'joint_states has {len(publishers)} publishers ({", ".join(publishers)}): if '
@@ -406,17 +413,6 @@ class ObserverNode(ProgramNode):
             for s in said
         ]
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), statuses))
-
-
-def _numbers(x: FloatArray) -> 'array[float]':
-    """Return what a message takes as it is: of a list it would look at every number."""
-    return array('d', x.tobytes())
-
-
-def _send(publisher: Publisher, message: JointState) -> None:
-    """Publish where somebody listens: nobody who comes later gets it, and it costs the most."""
-    if publisher.get_subscription_count():
-        publisher.publish(message)
 
 
 HELP = NodeHelp(

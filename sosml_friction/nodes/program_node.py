@@ -3,6 +3,7 @@
 """A node that can end its own program."""
 
 import difflib
+from collections.abc import Callable
 
 from rclpy.node import Node
 
@@ -18,6 +19,8 @@ class ProgramNode(Node):
     """
 
     outcome: BaseException | None = None
+    #: Called at the end; :func:`~sosml_friction.nodes.run.run_node` waits for it.
+    on_end: Callable[[], object] = staticmethod(lambda: None)
 
     def refuse_unknown_parameters(self) -> None:
         """
@@ -36,3 +39,4 @@ class ProgramNode(Node):
         """End the program after the present callback, by ``outcome``; None is a good end."""
         if self.outcome is None:
             self.outcome = outcome or SystemExit(0)
+            self.on_end()

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.observers.observer import Observer
 from sosml_friction.observers.signal_noise import seen_noise
 
@@ -54,11 +55,14 @@ class EstimateError:
         # Compile now: at the fiftieth sample it would stall the node.
         seen_noise(np.zeros((_FEWEST, self._n)))
         self._since = 0
-        self._value = [math.nan] * self._n
-        self._settling = [math.nan] * self._n
+        self._value = np.full(self._n, np.nan)
+        self._settling = np.full(self._n, np.nan)
         self._h = math.nan
         self._gains: list[tuple[float, float]] = []
-        self._known_since = [math.nan] * self._n
+        self._known_since = np.full(self._n, np.nan)
+        _settled_error(
+            0.0, np.zeros(self._n, dtype=bool), self._known_since, self._settling, self._value
+        )
 
     def update(
         self, t_s: float, v: FloatArray, tau: FloatArray, inertia: FloatArray, known: BoolArray
@@ -74,22 +78,15 @@ class EstimateError:
         """
         if self._samples and t_s < self._samples[-1][0]:
             self._samples.clear()
-            self._known_since = [math.nan] * self._n
+            self._known_since[:] = np.nan
         self._samples.append((t_s, np.array(v), np.array(tau)))
         self._since += 1
         if self._since >= _EVERY:
             self._since = 0
             self._measure(inertia)
-        # Plain floats: NumPy takes several times as long over a few joints.
-        error = [math.nan] * self._n
-        for i, is_known in enumerate(known.tolist()):
-            if not is_known:
-                self._known_since[i] = math.nan
-            elif math.isnan(self._known_since[i]):
-                self._known_since[i] = t_s
-            if t_s - self._known_since[i] >= self._settling[i]:
-                error[i] = self._value[i]
-        return np.array(error)
+        return np.asarray(
+            _settled_error(t_s, known, self._known_since, self._settling, self._value)
+        )
 
     def _measure(self, inertia: FloatArray) -> None:
         if len(self._samples) < _FEWEST:
@@ -107,12 +104,12 @@ class EstimateError:
                 else (math.nan, math.nan)
                 for g in responses
             ]
-            self._settling = [h * _settled(g) if len(g) else 0.0 for g in responses]
+            self._settling[:] = [h * _settled(g) if len(g) else 0.0 for g in responses]
         s_v = self._noise(1)
         s_tau = self._noise(2)
         s_p = np.sqrt(inertia**2 @ s_v**2)
         by_effort, by_momentum = np.array(self._gains).T
-        self._value = np.sqrt(s_tau**2 * by_effort + s_p**2 * by_momentum).tolist()
+        self._value[:] = np.sqrt(s_tau**2 * by_effort + s_p**2 * by_momentum)
 
     def _noise(self, column: int) -> FloatArray:
         step, noise = seen_noise(np.array([sample[column] for sample in self._samples]))
@@ -134,3 +131,24 @@ def _settled(g: FloatArray) -> int:
     step = np.cumsum(g)
     off = np.flatnonzero(np.abs(step - step[-1]) > _LEFT * abs(step[-1]))
     return int(off[-1]) + 1 if len(off) else 0
+
+
+@compiled
+def _settled_error(
+    t_s: float, known: BoolArray, since: FloatArray, settling: FloatArray, value: FloatArray
+) -> FloatArray:
+    """
+    Return the error (n,), NaN of a joint that is not known or settles.
+
+    :param since: when each became known (n,) [s], NaN where it is not; written.
+    :param settling: how long it takes (n,) [s].
+    """
+    error = np.full(len(value), np.nan)
+    for i in range(len(value)):
+        if not known[i]:
+            since[i] = np.nan
+        elif math.isnan(since[i]):
+            since[i] = t_s
+        if t_s - since[i] >= settling[i]:
+            error[i] = value[i]
+    return error

@@ -61,3 +61,49 @@ def take_plain_sample(
         # NaN is no effort that was something else.
         ever[i] |= sample[2, i] == sample[2, i]
     return True
+
+
+@compiled
+def take_friction(
+    estimate: FloatArray,
+    moving: BoolArray,
+    standing: BoolArray,
+    most: FloatArray,
+    step_s: float,
+    settled: bool,
+    stop_s: float,
+    q: FloatArray,
+    greatest: FloatArray,
+    beyond_s: FloatArray,
+    frozen_q: FloatArray,
+) -> bool:
+    """
+    Remember the friction of a sample; return whether a joint stands still that could not.
+
+    :param estimate: tau_f (n,), NaN where not known.
+    :param most: what each joint holds against at rest (n,).
+    :param step_s: since the sample before [s].
+    :param settled: whether the observers are past their start.
+    :param stop_s: a standstill that friction cannot explain is one for so long [s].
+    :param q: the position (n,).
+    :param greatest: the greatest in motion (n,); written.
+    :param beyond_s: for how long friction cannot explain a standstill (n,) [s]; written.
+    :param frozen_q: where a joint stands that could not (n,); written.
+    """
+    found = False
+    for i in range(len(estimate)):
+        size = abs(estimate[i])
+        if not math.isfinite(size):
+            continue
+        if moving[i]:
+            if settled and size > greatest[i]:
+                greatest[i] = size
+        elif standing[i] and size > most[i]:
+            beyond_s[i] += step_s
+            # A velocity made from steps of the encoder is a spike, and soon over.
+            if beyond_s[i] > stop_s:
+                frozen_q[i] = q[i]
+                found = True
+            continue
+        beyond_s[i] = 0.0
+    return found

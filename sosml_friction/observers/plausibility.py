@@ -13,7 +13,7 @@ import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.plain_sample import take_plain_sample
+from sosml_friction.observers.plain_sample import take_friction, take_plain_sample
 from sosml_friction.observers.signal_noise import seen_noise
 
 #: Measured beyond this multiple of a limit of the URDF is no measurement; beyond the limit itself
@@ -156,8 +156,12 @@ class Plausibility:
         self.steps = np.array([_COARSE[unit] for unit in robot.effort_units])
         self._ever = np.zeros(n, dtype=bool)
         self._friction = [0.0] * n
+        #: What a joint at rest holds against at most; infinite before friction in motion is known.
+        self._most = np.full(n, np.inf)
+        #: The greatest friction in motion since the last look.
+        self._greatest = np.zeros(n)
         # By joint: the greatest between looks, those that may be of a standstill not yet seen.
-        self._recent = [deque([0.0]) for _ in range(n)]
+        self._recent: list[deque[float]] = [deque() for _ in range(n)]
         #: The others, of the last motions: the greatest between two looks.
         self._seen: list[deque[float]] = [deque(maxlen=_KEPT) for _ in range(n)]
         self.reset()
@@ -166,6 +170,8 @@ class Plausibility:
         take_plain_sample(
             0.0, nothing, nothing, 0.0, self._limits, nothing[:2], self._spans, *self._learnt
         )
+        still = self._moving, self._standing, self._most, 0.0, False, _STOP_S
+        take_friction(nothing[0], *still, nothing[0], self._greatest, self._beyond_s, nothing[0])
 
     def reset(self) -> None:
         """Forget the past but the resolution of positions and the friction seen in motion."""
@@ -184,7 +190,7 @@ class Plausibility:
         self._moving = np.zeros(n, dtype=bool)
         self._standing = np.zeros(n, dtype=bool)
         self._stood_since = np.full(n, math.nan)
-        self._beyond_s = [0.0] * n
+        self._beyond_s = np.zeros(n)
         self._spans = np.zeros(3)
         self._trusted: _Place | None = None
         self._doubted: list[_Place] = []
@@ -270,24 +276,20 @@ class Plausibility:
         """
         if len(self._history) < 2 or math.isnan(self._started_s):
             return
-        now = self._history[-1].t_s
-        step_s = min(now - self._history[-2].t_s, WINDOW_S)
-        settled = now - self._started_s > _SETTLED_S
-        moving, standing = self._moving.tolist(), self._standing.tolist()
-        for i, tau_f in enumerate(estimate.tolist()):
-            if not math.isfinite(tau_f):
-                continue
-            if moving[i]:
-                if settled and abs(tau_f) > self._recent[i][-1]:
-                    self._recent[i][-1] = abs(tau_f)
-            elif standing[i] and self._is_known(i) and abs(tau_f) > _BREAKAWAY * self._friction[i]:
-                self._beyond_s[i] += step_s
-                # A velocity made from steps of the encoder is a spike, and soon over.
-                if self._beyond_s[i] > _STOP_S:
-                    self._frozen_q[i] = self._history[-1].q[i]
-                    self._found = True
-                continue
-            self._beyond_s[i] = 0.0
+        last = self._history[-1]
+        self._found |= take_friction(
+            estimate,
+            self._moving,
+            self._standing,
+            self._most,
+            min(last.t_s - self._history[-2].t_s, WINDOW_S),
+            last.t_s - self._started_s > _SETTLED_S,
+            _STOP_S,
+            last.q,
+            self._greatest,
+            self._beyond_s,
+            self._frozen_q,
+        )
 
     def _is_known(self, joint: int) -> bool:
         """Tell whether friction was seen in motion for long enough; short slips do not count."""
@@ -428,10 +430,11 @@ class Plausibility:
         self._moving = room > _STEPS * np.array(self.steps) + 4.0 * noise
         self._standing = (room == 0.0) & enough
         for joint, recent_friction in enumerate(self._recent):
+            recent_friction.append(float(self._greatest[joint]))
             if not self._moving[joint]:
                 recent_friction.clear()
-            recent_friction.append(0.0)
-            if len(recent_friction) > WINDOW_S / _LOOK_S + 2.0:
+            # One more has begun.
+            if len(recent_friction) > WINDOW_S / _LOOK_S + 1.0:
                 greatest = recent_friction.popleft()
                 if greatest > 0.0:
                     seen = self._seen[joint]
@@ -441,9 +444,12 @@ class Plausibility:
                     self._friction[joint] = (
                         max(seen) if leaves else max(self._friction[joint], greatest)
                     )
+            if self._is_known(joint):
+                self._most[joint] = _BREAKAWAY * self._friction[joint]
             if self._is_known(joint) and self._has_stopped_dead(samples, joint):
                 self._frozen_q[joint] = samples[-1].q[joint]
                 self._found = True
+        self._greatest[:] = 0.0
         if not (enough and self._uses_velocity):
             return
         v = np.array([sample.v for sample in recent])

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+import statistics
 from collections import deque
 from collections.abc import Callable, Collection, Hashable
 from dataclasses import dataclass, field
@@ -133,7 +135,9 @@ class WatchedEstimator:
             self.estimator.update(t_ns, q, v, tau)
             return None
         verdict = self._plausibility.judge(t_ns, q, v, tau)
-        causes = {self.names[i]: cause for i, cause in verdict.causes.items()}
+        causes = {}
+        if verdict.causes:
+            causes = {self.names[i]: cause for i, cause in verdict.causes.items()}
         q_used = verdict.q
         if self._is_interleaved(t_ns, q, source):
             q_used = np.full(len(q), np.nan)
@@ -150,14 +154,17 @@ class WatchedEstimator:
         self._plausibility.learn(estimates[self.selected])
         events = self.estimator.events
         known = np.isfinite(estimates[self.selected])
-        if not known.all():
+        # Plain values: NumPy takes several times as long over a few joints.
+        if False in known.tolist():
             self._explain(causes, known, events, q, v, tau)
         else:
             causes = {}
         error = self._error.update(
             t_ns * 1e-9, self.estimator.velocity, torque, self.estimator.inertia, known
         )
-        remarks = {self.names[i]: remark for i, remark in verdict.remarks.items()}
+        remarks = {}
+        if verdict.remarks:
+            remarks = {self.names[i]: remark for i, remark in verdict.remarks.items()}
         return Watched(estimates, error, causes, remarks, events)
 
     def _explain(
@@ -207,7 +214,7 @@ class WatchedEstimator:
         t_s = t_ns * 1e-9
         turn = self._source is not None and source != self._source
         self._source = source
-        if np.isfinite(q).all():
+        if all(map(math.isfinite, q.tolist())):
             turn |= self.several and self._goes_back(q)
             self._positions.append(np.array(q))
         if turn:
@@ -241,7 +248,7 @@ class WatchedEstimator:
             return
         self._steps.append(t_ns - self._last_ns)
         if len(self._steps) == _INTERVALS:
-            typical = float(np.median(self._steps)) * 1e-9
+            typical = statistics.median(self._steps) * 1e-9
             self._steps.clear()
             gap = max(LEAST_GAP_S, _GAP * typical)
             # A rate that wanders by less changes nothing.

@@ -10,7 +10,8 @@ import pytest
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.bags.wrap import RunningUnwrap, near_turn, unwrapped, wrap_period
+from sosml_friction.bags.running_unwrap import RunningUnwrap
+from sosml_friction.bags.wrap import near_turn, unwrapped, wrap_period
 
 T = 0.02 * np.arange(3000)
 
