@@ -12,7 +12,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_state_layout import FIELDS, ORIGIN, JointStateLayout
-from sosml_friction.bags.message_types import JOINT_STATE
+from sosml_friction.bags.message_definitions import JOINT_STATE
 from sosml_friction.bags.serialization import deserialize, serialize_joint_state
 
 _STAMP = struct.Struct('<iI')

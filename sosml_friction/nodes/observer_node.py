@@ -33,7 +33,7 @@ from std_srvs.srv import Trigger
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_state_form import JointStateForm, plain
-from sosml_friction.bags.message_types import JOINT_STATE
+from sosml_friction.bags.message_definitions import JOINT_STATE
 from sosml_friction.bags.running_unwrap import RunningUnwrap
 from sosml_friction.bags.serialization import deserialize
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
