@@ -72,10 +72,10 @@ def diagnose(
     Say what a model gets wrong about recordings, name the cause, and measure the gain.
 
     Checks the data, refits the nominal parameters within 3.5 %, and looks in what is left for the
-    causes of the catalogue. A cause is named if it predicts data it was not fitted to better than
-    it would predict recordings simulated without it, is physically possible, and does not make the
-    forward simulation worse; causes that the data cannot separate come as a set, with the
-    experiment that would separate them. Where more is left than noise and the model's own
+    causes of the catalogue. A cause is named if it predicts data that it was not fitted to, has a
+    size that is possible and more than chance, and does not make the forward simulation worse;
+    causes that the data cannot separate come as a set, with the experiment that would separate
+    them. Where more is left than noise and the model's own
     uncertainty make, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
     diagnosis.json, report.html and, with a cause that a model can have, the extended model.
     docs/diagnosis.md has the effects and the gates.

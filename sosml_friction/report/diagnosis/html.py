@@ -40,9 +40,9 @@ from sosml_friction.report.diagnosis.tables import (
 _METHOD = (
     'Unexplained is measured effort minus that of the nominal model, whose parameters were '
     'refitted within {bounds}; both sides were low-passed alike. A cause is named '
-    'if, on stretches of data left out of its fit, it removes more than it does of recordings '
-    'simulated without it, if its size is physically possible, and if the forward simulation '
-    'of data left out gets better. Percentages of the ranking are shares of the energy of the '
+    'if, on stretches of data left out of its fit, it removes more than its floor, if its size is '
+    'physically possible and further from 0 than the best of all candidates gets by chance, and '
+    'if the forward simulation of data left out gets no worse. Percentages of the ranking are shares of the energy of the '
     'whitened residual. ± is half of the 95 % interval. The position error is that '
     'of a simulation of data left out of the fit, driven by the measured effort '
     'and restarted from the measured state every 0.3 s.'

@@ -165,7 +165,7 @@ def parameters(diagnosis: Diagnosis) -> str:
 
 
 def controls(diagnosis: Diagnosis) -> str:
-    """Return what recordings without a cause gave, and what was looked for."""
+    """Return what each candidate and curve had to exceed, and what was looked for."""
     selection, laboratory = diagnosis.selection, diagnosis.laboratory
     if selection is None or laboratory is None:
         return ''
