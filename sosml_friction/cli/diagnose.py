@@ -75,10 +75,10 @@ def diagnose(
     causes of the catalogue. A cause is named if it predicts data that it was not fitted to, has a
     size that is possible and more than chance, and does not make the forward simulation worse;
     causes that the data cannot separate come as a set, with the experiment that would separate
-    them. Where more is left than noise and the model's own
-    uncertainty make, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
-    diagnosis.json, report.html and, with a cause that a model can have, the extended model.
-    docs/diagnosis.md has the effects and the gates.
+    them. Where more is left than noise and the model's own uncertainty make, the verdict is
+    unknown_structure: the catalogue lacks what is missing. Writes diagnosis.json, report.html and,
+    with a cause that a model can have, the extended model. docs/diagnosis.md has the effects and
+    the gates.
 
     With --mjcf the model is that of a simulation in MuJoCo; robot.xml is the extended one.
 

@@ -42,10 +42,10 @@ _METHOD = (
     'refitted within {bounds}; both sides were low-passed alike. A cause is named '
     'if, on stretches of data left out of its fit, it removes more than its floor, if its size is '
     'physically possible and further from 0 than the best of all candidates gets by chance, and '
-    'if the forward simulation of data left out gets no worse. Percentages of the ranking are shares of the energy of the '
-    'whitened residual. ± is half of the 95 % interval. The position error is that '
-    'of a simulation of data left out of the fit, driven by the measured effort '
-    'and restarted from the measured state every 0.3 s.'
+    'if the forward simulation of data left out gets no worse. Percentages of the ranking are '
+    'shares of the energy of the whitened residual. ± is half of the 95 % interval. The position '
+    'error is that of a simulation of data left out of the fit, driven by the measured effort and '
+    'restarted from the measured state every 0.3 s.'
 )
 
 
