@@ -19,6 +19,7 @@ from sosml_friction.regression.evidence import (
     CandidateColumns,
     Fit,
     NormalEquations,
+    System,
     solve_bounded,
 )
 from sosml_friction.regression.inner_search import refine
@@ -82,7 +83,8 @@ class Estimate:
     ``fit``: of the nominal's deviations, then the amplitudes of ``placed`` in order; ``errors``:
     their standard errors (p + k,); ``inner_errors``: of each term, those of its inner parameters.
     ``shift`` and ``inner_shift``: the part of them by which terms differ from their rivals, of
-    those that explain more.
+    those that explain more. ``by_tolerance``: by how much the nominal's deviations within their
+    tolerance move each, the standard deviation and the most, (2, p + k).
     """
 
     placed: tuple[Placed, ...]
@@ -91,6 +93,7 @@ class Estimate:
     inner_errors: tuple[Mapping[str, float], ...]
     shift: FloatArray
     inner_shift: tuple[Mapping[str, float], ...]
+    by_tolerance: FloatArray
 
     def fitted(self, laboratory: WhitenedRegression) -> list[Fitted]:
         """Return what was found of each term, as the term is asked about it."""
@@ -268,10 +271,24 @@ class Linear:
         noise = np.einsum('ij,jk,ki->i', covariance, data, covariance)
         ratio = max(fit.baseline.cost / float(self.laboratory.known.sum()), 1.0)
         result = np.maximum(noise * ratio, between)
-        result += (covariance**2) @ (UNIFORM * wide.prior_weight())
+        result += self.by_tolerance(wide)[0] ** 2
         result += self._beyond(x, named, scores.sum(axis=0)) ** 2
         result += self._by_reversals(x, wide.Z, left, named, covariance)
         return np.asarray(result)
+
+    def by_tolerance(self, system: System) -> FloatArray:
+        """
+        Return by how much deviations within their tolerance move all parameters, (2, m).
+
+        The standard deviation, each anywhere within its bound b alike, with the variance b^2 / 3;
+        and the most, all of them at their bounds.
+        """
+        covariance, _ = self.covariance()
+        weight = system.prior_weight()
+        most = np.where(weight > 0.0, system.bound, 0.0)
+        return np.array(
+            [np.sqrt((covariance**2) @ (UNIFORM * weight)), np.abs(covariance) @ (weight * most)]
+        )
 
     def _by_reversals(
         self,
@@ -330,7 +347,10 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     for (k, name, own, _), error, by in at:
         body = _tolerance(laboratory) if name in placed[k].term.with_body else 0.0
         inner[k][name], moved[k][name] = own * float(np.hypot(error, body)), own * by
-    return Estimate(tuple(placed), fit, errors[:known], tuple(inner), shift[:known], tuple(moved))
+    tolerance = linear.by_tolerance(system.extended(linear.slopes))[:, :known]
+    return Estimate(
+        tuple(placed), fit, errors[:known], tuple(inner), shift[:known], tuple(moved), tolerance
+    )
 
 
 def _rival_variance(

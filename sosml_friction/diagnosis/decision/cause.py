@@ -25,7 +25,9 @@ class Cause:
     ``stated``: of a term that the model states and that is off, what the model has, by parameter;
     ``stated_names``: what these are called among the nominal parameters.
     ``gain``: what it removes by itself on data left out; None where the model does not show it.
-    ``tried``: of how many candidates it is the one that was taken.
+    ``tried``: of how many candidates it is the one that was taken. ``by_tolerance``: by how much
+    the nominal's deviations within their tolerance move a size, the standard deviation and the
+    most, in standard errors of the size.
     """
 
     effect: str
@@ -39,6 +41,7 @@ class Cause:
     stated: Mapping[str, float] = field(default_factory=dict)
     stated_names: tuple[str, ...] = ()
     tried: int = 1
+    by_tolerance: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def changes(self) -> dict[str, Parameter]:

@@ -15,7 +15,7 @@ from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.trust import scale_tolerance
 from sosml_friction.identification.term_parameters import term_parameters
 from sosml_friction.model.terms.kinds.term import Term
-from sosml_friction.regression.estimate import Estimate, estimate
+from sosml_friction.regression.estimate import Estimate, estimate, with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -52,14 +52,25 @@ def _causes(
     found = estimated(laboratory, selection)
     causes: dict[tuple[str, int], Cause] = {}
     fits, known = found.fitted(laboratory), term_parameters(laboratory, found, reported=True)
-    for finding, fit, parameters in zip(selection.accepted, fits, known, strict=True):
+    parts = with_amplitudes(selection.accepted, len(laboratory.nominal.bound))
+    for (finding, part), fit, parameters in zip(parts, fits, known, strict=True):
         term = ((dict(finding.inner), np.array(fit.amplitude)),)
+        errors = np.maximum(found.errors[part], np.finfo(float).tiny)
+        moved = (found.by_tolerance[:, part] / errors).T.tolist()
+        sizes = (finding.effect.reported_as.get(x, x) for x in finding.effect.amplitudes)
+        tolerance = {name: (own, most) for name, (own, most) in zip(sizes, moved, strict=True)}
         if finding.key in causes:
             old = causes[finding.key]
             number = len(old.terms) + 1
             more = {f'{name}_{number}': value for name, value in parameters.items()}
             causes[finding.key] = replace(
-                old, parameters={**old.parameters, **more}, terms=old.terms + term
+                old,
+                parameters={**old.parameters, **more},
+                terms=old.terms + term,
+                by_tolerance={
+                    **old.by_tolerance,
+                    **{f'{name}_{number}': moves for name, moves in tolerance.items()},
+                },
             )
             continue
         effect, joint = finding.reported(names)
@@ -78,6 +89,7 @@ def _causes(
             _stated(finding.effect),
             finding.effect.stated_names,
             len(laboratory.candidates),
+            tolerance,
         )
     return causes
 

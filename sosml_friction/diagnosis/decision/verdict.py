@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The verdict: what the causes, and what is left beside them, amount to."""
 
+import math
 import re
 from collections.abc import Sequence
 
@@ -11,7 +12,7 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.parameter import Z_95, Parameter
 from sosml_friction.model.terms.kinds.term import TERMS
 
 #: The end of the name of a harmonic's size.
@@ -42,8 +43,9 @@ def not_shown(cause: Cause) -> bool:
     The best of K candidates is beyond its own interval by chance K times as often: where all of
     them together are to be in 5 % of recordings, each is in 5 % / K (Bonferroni). The intervals
     know of what is left beside a term: something is there that it only looks like, as a drag bends
-    friction like the far end of a Stribeck term. That one of several rivals is there may be sure
-    where each of them is not.
+    friction like the far end of a Stribeck term. What is off within its tolerance moves a size
+    no further than all of it does at its bounds: z standard errors of a distribution that ends are
+    beyond its end. That one of several rivals is there may be sure where each of them is not.
     """
     kind = TERMS.classes.get(cause.effect)
     if kind is None or not cause.size_known or cause.rivals:
@@ -54,9 +56,14 @@ def not_shown(cause: Cause) -> bool:
         name: p for name, p in cause.parameters.items() if {name, _HARMONIC.sub('', name)} & sizes
     }
     # Of a term that the model states nothing is missing where it is as stated.
-    wider = float(norm.isf(0.5 * _CHANCE / cause.tried)) / Z_95
-    stated = cause.stated
-    return bool(own) and all(p.may_be(stated.get(name, 0.0), wider) for name, p in own.items())
+    z = float(norm.isf(0.5 * _CHANCE / cause.tried))
+
+    def may_be_as_stated(name: str, p: Parameter) -> bool:
+        spread, most = cause.by_tolerance.get(name, (0.0, 0.0))
+        reach = min(z, z * math.sqrt(max(1.0 - spread**2, 0.0)) + most)
+        return p.may_be(cause.stated.get(name, 0.0), reach / Z_95)
+
+    return bool(own) and all(may_be_as_stated(name, p) for name, p in own.items())
 
 
 def _causes_are_not_all(selection: Selection) -> bool:

@@ -132,3 +132,25 @@ def test_the_best_of_many_candidates_has_to_be_further_from_nothing(errors, trie
     selection = Selection(None, None, remainder=Remainder((), np.zeros(1)))
     cause = Cause('effort_bias', 'elbow', {'bias': size}, {}, tried=tried)
     assert verdict_of([cause], selection) == verdict
+
+
+@pytest.mark.parametrize(
+    ('errors', 'spread', 'most', 'verdict'),
+    [
+        # All of the error is a deviation within its tolerance, uniform: it ends at sqrt(3) of it.
+        (1.7, 1.0, 3.0**0.5, 'unknown_structure'),
+        (1.8, 1.0, 3.0**0.5, 'named'),
+        # Half of the variance is noise: 3.23 sqrt(1/2) + sqrt(3/2) = 3.51 is beyond 3.23.
+        (3.2, 0.5**0.5, 1.5**0.5, 'unknown_structure'),
+        (3.3, 0.5**0.5, 1.5**0.5, 'named'),
+        (3.2, 0.0, 0.0, 'unknown_structure'),
+    ],
+)
+def test_a_deviation_within_its_tolerance_moves_a_size_no_further_than_to_its_bound(
+    errors, spread, most, verdict
+):
+    size = Parameter.estimated(0.1 * errors, 'Nm', 0.1, 1.96)
+    selection = Selection(None, None, remainder=Remainder((), np.zeros(1)))
+    tolerance = {'bias': (spread, most)}
+    cause = Cause('effort_bias', 'elbow', {'bias': size}, {}, tried=40, by_tolerance=tolerance)
+    assert verdict_of([cause], selection) == verdict
