@@ -7,8 +7,7 @@ import math
 import sys
 import time
 from array import array
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -562,8 +561,12 @@ HELP = NodeHelp(
     '--ros-args --params-file config/exoskeleton.yaml',
     PARAMETERS,
 )
-#: Run the program; return its exit code.
-main = partial(run_node, make_driver_node, help_=HELP)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the program; return its exit code."""
+    return run_node(make_driver_node, args, HELP)
+
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -3,8 +3,8 @@
 """Answer CAN frames as the exoskeleton's actuators would, in real time."""
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -196,8 +196,12 @@ HELP = NodeHelp(
     '--ros-args --params-file config/exoskeleton.yaml',
     PARAMETERS,
 )
-#: Run the program; return its exit code.
-main = partial(run_node, make_emulator_node, help_=HELP)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the program; return its exit code."""
+    return run_node(make_emulator_node, args, HELP)
+
 
 if __name__ == '__main__':
     sys.exit(main())

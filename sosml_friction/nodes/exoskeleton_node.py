@@ -11,7 +11,7 @@ another publisher is not heard. The numbers are those of two processes.
 
 import sys
 import threading
-from functools import partial
+from collections.abc import Sequence
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -107,8 +107,12 @@ HELP = NodeHelp(
     '--ros-args --params-file config/exoskeleton.yaml',
     PARAMETERS,
 )
-#: Run the program; return its exit code.
-main = partial(run_node, make_nodes, help_=HELP)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the program; return its exit code."""
+    return run_node(make_nodes, args, HELP)
+
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -573,8 +573,12 @@ HELP = NodeHelp(
     '--ros-args -p trajectory:=slow_ladder -p centre:=[-1.57,1.2]',
     PARAMETERS,
 )
-#: Run the program; return its exit code.
-main = partial(run_node, IdentifierNode, help_=HELP)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the program; return its exit code."""
+    return run_node(IdentifierNode, args, HELP)
+
 
 if __name__ == '__main__':
     sys.exit(main())

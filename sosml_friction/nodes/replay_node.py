@@ -6,7 +6,7 @@ import fnmatch
 import sys
 import threading
 import time
-from functools import partial
+from collections.abc import Sequence
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -210,8 +210,12 @@ HELP = NodeHelp(
     '--ros-args -p bag:=demo_output/run/bag',
     PARAMETERS,
 )
-#: Run the program; return its exit code.
-main = partial(run_node, ReplayNode, help_=HELP)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the program; return its exit code."""
+    return run_node(ReplayNode, args, HELP)
+
 
 if __name__ == '__main__':
     sys.exit(main())
