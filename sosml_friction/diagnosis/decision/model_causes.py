@@ -14,6 +14,7 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.trust import scale_tolerance
 from sosml_friction.identification.term_parameters import term_parameters
+from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.estimate import Estimate, estimate, with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -74,7 +75,7 @@ def _causes(
             )
             continue
         effect, joint = finding.reported(names)
-        rivals = _rivals(laboratory, finding)
+        rivals = _rivals(laboratory, finding, fit)
         # What another cause explains as well may be that, beyond its own tolerance.
         alone = all(rival.partition('@')[0] == effect for rival in rivals)
         causes[finding.key] = Cause(
@@ -115,7 +116,7 @@ def _evidence(finding: Finding) -> dict[str, float | None]:
     }
 
 
-def _rivals(laboratory: WhitenedRegression, finding: Finding) -> tuple[str, ...]:
+def _rivals(laboratory: WhitenedRegression, finding: Finding, fit: Fitted) -> tuple[str, ...]:
     """Return what cannot be told from a finding, as effect@joint where that is another joint."""
     names = laboratory.robot.names
     _, own = finding.reported(names)
@@ -123,4 +124,6 @@ def _rivals(laboratory: WhitenedRegression, finding: Finding) -> tuple[str, ...]
     for rival in finding.rivals:
         name, where = rival.reported(names)
         rivals.append(name if where == own else f'{name}@{where}')
+    # Beside the others its own part may be 0.
+    rivals += filter(None, [finding.effect.may_be(fit)])
     return tuple(dict.fromkeys(rivals))

@@ -51,14 +51,15 @@ def recommend(
     along any motion, the change of condition that is known for the pair or has the largest margin.
     """
     names = laboratory.robot.names
-    unsure = {cause.key for cause in causes if cause.rivals}
+    unsure = {cause.key: cause.rivals for cause in causes if cause.rivals}
     finding = next((f for f in selection.accepted if f.reported(names) in unsure), None)
     if finding is None:
         return _of_impacts(laboratory)
     inseparable = laboratory.inseparable(finding.effect)
     own = finding.effect.identifier
     closest = _closest(finding)
-    other = inseparable[0] if closest is None else closest.effect.identifier
+    first = unsure[finding.reported(names)][0].partition('@')[0]
+    other = first if closest is None else closest.effect.identifier
     margin = 0.0
     if closest is not None:
         margin = max(0.5 * (finding.score.gain - closest.score.gain), 0.0)

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.motion import Motion
@@ -60,3 +61,8 @@ class Spring(EffortTerm):
         # A stiffer one within the standard error relaxes nearer.
         near = abs(k * middle + offset) < (k + fit.error[0]) * _REACH * span
         return '' if k > 0.0 and near else 'effort_bias'
+
+    def may_be(self, fit: Fitted) -> str:
+        """Return 'effort_bias' where the interval of a stiffness that nobody states holds 0."""
+        seen = fit.amplitude[0] >= Z_95 * fit.error[0]
+        return '' if seen or self.stated is not None else 'effort_bias'

@@ -236,6 +236,10 @@ class Term(ABC):
         """Return the term that this one is where its own part is not seen, else ''."""
         return ''
 
+    def may_be(self, fit: Fitted) -> str:
+        """Return the term that this one may be as well, as its own part may be 0, else ''."""
+        return ''
+
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range of each refined inner parameter."""
         return {}
