@@ -30,8 +30,8 @@ from sosml_friction.report.common.html_page import (
 from sosml_friction.report.diagnosis.tables import (
     by_cause,
     causes,
-    controls,
     experiments,
+    floors,
     gain,
     parameters,
     where,
@@ -153,7 +153,7 @@ def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None 
             heading('How it was done'),
             folded('What each cause removes by itself', by_cause(diagnosis)),
             folded('Parameters of the nominal model', parameters(diagnosis)),
-            folded('Negative controls', controls(diagnosis)),
+            folded('What a name has to exceed', floors(diagnosis)),
             folded('What this motion can tell apart', pictures('diagnosis', diagnosis, METHOD)),
             folded('Methods', paragraph(method)),
         ]

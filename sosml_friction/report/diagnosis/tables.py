@@ -164,7 +164,7 @@ def parameters(diagnosis: Diagnosis) -> str:
     return html_table(columns, rows, caption) if rows else ''
 
 
-def controls(diagnosis: Diagnosis) -> str:
+def floors(diagnosis: Diagnosis) -> str:
     """Return what each candidate and curve had to exceed, and what was looked for."""
     selection, laboratory = diagnosis.selection, diagnosis.laboratory
     if selection is None or laboratory is None:

@@ -20,7 +20,7 @@ from sosml_friction.diagnosis.wording import describe
 from sosml_friction.identification.number_text import words
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.diagnosis.html import answer, clauses, render_diagnosis
-from sosml_friction.report.diagnosis.tables import controls, experiments, parameters
+from sosml_friction.report.diagnosis.tables import experiments, floors, parameters
 from sosml_friction.report.figures.diagnosis.confusability_map import MOST, ConfusabilityMap
 from sosml_friction.report.figures.diagnosis.timing import milliseconds
 
@@ -73,13 +73,13 @@ def test_a_map_too_large_keeps_what_was_named_and_the_most_alike():
     assert len(set(kept.tolist())) == len(kept)
 
 
-def test_the_tables_say_what_to_do_what_changed_and_what_the_controls_gave(diagnosis):
+def test_the_tables_say_what_to_do_what_changed_and_what_a_name_exceeds(diagnosis):
     text = experiments(diagnosis)
     assert 'free hanging hold' in text
     assert text.index('these data') < text.index('multisine')
     rows = re.findall(r'<tr><td>(slider [a-z]+)</td>', parameters(diagnosis))
     assert rows == ['slider coulomb', 'slider viscous', 'slider bias', 'slider armature']
-    text = controls(diagnosis)
+    text = floors(diagnosis)
     assert diagnosis.library_hash in text
     assert 'at least 0.5 % of data left out' in text
     finding = diagnosis.selection.accepted[0]
