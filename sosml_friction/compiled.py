@@ -25,8 +25,6 @@ def compiled(function: Callable[..., Any]) -> Any:
     compile, and where two do so for two types at once write both to one file (its issue 4807), so
     that each later start loads code for the wrong type. And it knows of changes to a function's
     own file, not to those of the functions that it calls.
-
-    :raises ConfigurationError: if the file cannot be read or MuJoCo refuses it, with what it says.
     """
     dispatcher: Any = njit(cache=True)(function)
     if not hasattr(dispatcher, '_cache'):

@@ -130,7 +130,7 @@ class Actuator(ABC):
     @abstractmethod
     def command(self, setpoint: Setpoint, now_ns: int) -> list[Request]:
         """
-        Return the cycle's requests while the joint is driven; a value must be finite.
+        Return the cycle's requests while the joint is driven.
 
         :raises CanProtocolError: if the value it uses is not finite.
         """

@@ -40,8 +40,9 @@ def read_metadata(folder: Path) -> dict[Any, Any] | None:
 
 def refuse_compressed_messages(path: Path, information: Sequence[Mapping[Any, Any]]) -> None:
     """
-    Refuse a bag that says somewhere that its messages are compressed one by one.
+    Refuse a bag whose messages are compressed one by one.
 
+    :param information: what was written about it, in one place or several.
     :raises BagError: if one of them says so.
     """
     modes = {str(part.get('compression_mode') or '').lower() for part in information}

@@ -115,7 +115,7 @@ class JointLog:
 
     def rows(self, rows: IndexArray | BoolArray) -> JointLog:
         """
-        Return the log of the samples ``rows``, of which there must be one, all joints.
+        Return the log of the samples ``rows``, all joints.
 
         :raises DataError: if there are none.
         """

@@ -45,7 +45,7 @@ def read_recorded_robot(
 
     The URDF's other joints are held still, at 0 or where they were recorded first; and so are
     joints that are not recorded and that the model has for no other reason than that the URDF
-    has them. Without effort of any joint it is a DataError.
+    has them.
 
     :param model: model, or its folder, with the armature of the joints; None for the bag's.
     :param urdf: URDF file, None for the bag's, or where it has none the model's.
@@ -54,6 +54,7 @@ def read_recorded_robot(
         model is what is put to the test.
     :raises BagError: if the bag cannot be read or has no joint_states.
     :raises ConfigurationError: if no model or URDF is known, or joints disagree.
+    :raises DataError: if no joint has effort.
     """
     bag = Bag.open(path, namespace)
     log = bag.joint_log()

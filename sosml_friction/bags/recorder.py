@@ -56,7 +56,7 @@ class TypeDefinition(NamedTuple):
     @classmethod
     def installed(cls, type_name: str) -> TypeDefinition:
         """
-        Return the definition of a type, which must be installed.
+        Return the definition of a type that is installed.
 
         :raises BagError: if it is not.
         """

@@ -74,8 +74,6 @@ def scan(
     Exit code 1 if nobody answers.
 
     Example: sosml can scan --interface slcan --channel socket://127.0.0.1:29536
-
-    :raises BagError: if the file cannot be read or is no MCAP file.
     """
     import can
 

@@ -167,10 +167,6 @@ def fit(
     Exit code 1 if a joint that reports effort could not be fitted, or a term could not be.
 
     Example: sosml fit t1 t2 t3 --role t2=T2 --out shoulder_fit
-
-    :raises ConfigurationError: if a choice is unknown, a recording is given twice, roles or
-        ``own_bias`` are given for one recording, or not one of ``model`` and ``mjcf`` is given.
-    :raises DataError: if effort is missing or no joint can be fitted; one sentence with reasons.
     """
     from sosml_friction.model.laws import TERM_LISTS
 

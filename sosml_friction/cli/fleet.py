@@ -323,11 +323,7 @@ def is_bag_folder(folder: Path) -> bool:
 
 
 def read_rows(command: str, place: Path) -> list[FleetRow]:
-    """
-    Return the rows of one result.
-
-    :raises DataError: if rows differ in their number of cells, or columns in no name.
-    """
+    """Return the rows of one result."""
     import json
 
     from sosml_friction.report.fleet.rows import diagnosis_rows, fit_rows, term_rows

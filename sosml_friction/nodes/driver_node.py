@@ -153,7 +153,7 @@ class DriverNode(LifecycleNode):
 
     def autostart(self) -> None:
         """
-        Configure and activate if the parameter ``autostart`` says so; raise why it cannot.
+        Configure and activate if the parameter ``autostart`` says so.
 
         :raises SosmlFrictionError: why the configuration failed.
         """
@@ -440,7 +440,7 @@ class DriverNode(LifecycleNode):
 
     def begin(self, message: JointTrajectoryMessage, senders: list[Endpoint]) -> None:
         """
-        Start a trajectory that one of ``senders`` sent; an error says why it is refused.
+        Start a trajectory that one of ``senders`` sent.
 
         :raises SosmlFrictionError: why it is refused; the diagnostics say it as well.
         """

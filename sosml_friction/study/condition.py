@@ -77,9 +77,6 @@ def observe(
     * ``mismatch``: exact signals, but a model with inertia x1.1 and x0.9 and gravity
       +(0.10, 0.05) Nm (:class:`~sosml_friction.study.mismatched_robot.MismatchedRobot`);
       two.
-
-    :raises ConfigurationError: if an observer is unknown or has no gains by bandwidth.
-    :raises DataError: if a joint is missing, no joint has effort, or the log is too short.
     """
     if condition == 'noise':
         return [_observe(run, robot, read_by_encoder(run.log, bits, seed)) for seed in seeds]

@@ -49,11 +49,7 @@ def slow(t: float) -> Reference:
 
 
 def reversal(t: float) -> Reference:
-    """
-    Return a sinusoid of joint 1, 0.35 rad at 0.5 Hz: a reversal every second.
-
-    :raises TrajectoryError: if joints differ.
-    """
+    """Return a sinusoid of joint 1, 0.35 rad at 0.5 Hz: a reversal every second."""
     w, s, c = _FREQUENCY, np.sin(_FREQUENCY * t), np.cos(_FREQUENCY * t)
     return _joint_1(_AMPLITUDE * s, _AMPLITUDE * w * c, -_AMPLITUDE * w * w * s)
 

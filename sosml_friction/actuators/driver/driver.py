@@ -125,8 +125,6 @@ class JointDriver:
         """
         Hold the joints, braking those that move; clears a latched fault whose cause is gone.
 
-        It is refused if an actuator is silent, faulty or outside its limits, or no cycle has run.
-
         :raises ActuatorError: if an actuator is silent, faulty or outside its limits, or no cycle
             has run yet.
         """
@@ -169,7 +167,7 @@ class JointDriver:
 
     def stop(self) -> None:
         """
-        Drop the trajectory, brake with ``stop_deceleration`` and hold; only where enabled.
+        Drop the trajectory, brake with ``stop_deceleration`` and hold.
 
         :raises ActuatorError: if the driver is not enabled.
         """
@@ -181,7 +179,7 @@ class JointDriver:
 
     def follow(self, trajectory: Trajectory) -> None:
         """
-        Check a trajectory as a whole and start it in the next cycle, in place of another.
+        Check a trajectory as a whole and start it in the next cycle, in place of a running one.
 
         :raises TrajectoryError: if it does not fit, or the driver is not enabled.
         """

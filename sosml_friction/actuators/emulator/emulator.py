@@ -198,7 +198,7 @@ class ExoskeletonEmulator:
 
     def inject(self, faults: str) -> None:
         """
-        Let faults begin besides those that stand, all or, in error, none.
+        Let faults begin, besides those that stand: ``drop joint=shoulder; delay seconds=0.01``.
 
         :raises ConfigurationError: if one of them does not exist; then none begins.
         """

@@ -46,7 +46,7 @@ class EmulatorThread(threading.Thread):
 
     def set_faults(self, faults: str) -> None:
         """
-        Have these faults and no others, from any thread, from the next frame or tick on.
+        Have these faults and no others, from any thread; they begin with the next frame or tick.
 
         :raises ConfigurationError: if one of them does not exist; then nothing changes.
         """

@@ -269,7 +269,7 @@ def decode_reply(frame: Frame, protocol: Protocol = Protocol.V3) -> tuple[int, R
 
 def checked_id(motor_id: int) -> int:
     """
-    Return ``motor_id``, which must be 1..32.
+    Return ``motor_id``.
 
     :raises CanProtocolError: if it is not 1..32.
     """

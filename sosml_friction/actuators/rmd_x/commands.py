@@ -93,7 +93,7 @@ class Protocol(Enum):
     @classmethod
     def of_version(cls, date: int) -> Protocol:
         """
-        Return the variant of firmware ``date``, 20220206 or 2026042402; no date is an error.
+        Return the variant of firmware ``date``, 20220206 or 2026042402.
 
         :raises CanProtocolError: if that is no date.
         """

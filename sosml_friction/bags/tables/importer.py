@@ -57,6 +57,7 @@ def import_recording(
     :param mapping: a file, or what was read from one.
     :param tell: is given a sentence on everything that was done to the data unasked.
     :raises ConfigurationError: if the mapping is wrong (see
+        :mod:`sosml_friction.bags.tables.mapping`) or a joint is not in its URDF.
     :raises DataError: if the file does not hold what the mapping says, or time does not increase.
     :raises BagError: if the bag exists or cannot be written.
     """

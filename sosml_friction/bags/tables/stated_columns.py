@@ -49,8 +49,6 @@ def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) 
     """
     Return the mapping of columns whose quantities are stated; time and units are proposed.
 
-    Where nothing tells a unit, or the constant of a current, the error says how to state it.
-
     :raises DataError: if the file does not have a column, or nothing tells a unit: the sentence
         says how to state it.
     :raises ConfigurationError: if an effort that is no torque has no constant.

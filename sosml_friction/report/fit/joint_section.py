@@ -69,9 +69,9 @@ def joint_section(view: JointView) -> str:
 
 def parameter_table(fits: Mapping[str, JointFit], view: JointView) -> str:
     """
-    Return the parameters of fits of a joint, that of the model first, with the truth.
+    Return the parameters of some fits of a joint, below one another, with the truth if known.
 
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
+    The fit that became the model is the first.
     """
     order = sorted(fits, key=lambda observer: observer != view.preferred)
     columns = {'from': 'w', 'parameter': 'w', 'value': 'n', 'standard error': 'n',

@@ -135,8 +135,12 @@ def write_study(
     progress: Callable[[str], None] = lambda name: None,
 ) -> Path:
     """
-    Write the document, the report and the figures of the cases that were run.
+    Write the document, the report and the figures of the cases that were run; return the folder.
 
+    They appear together; an earlier study is replaced, other files beside it are kept.
+
+    :param document: of :func:`~sosml_friction.report.study.results.study_document`.
+    :param progress: called with the name of each figure before it is drawn.
     :raises ConfigurationError: if the folder holds something else or cannot be written.
     """
     kind = study_kind()
