@@ -3,7 +3,6 @@
 """A node that can end its own program."""
 
 import difflib
-from collections.abc import Callable
 
 from rclpy.node import Node
 
@@ -19,12 +18,10 @@ class ProgramNode(Node):
     """
 
     outcome: BaseException | None = None
-    #: Called at the end; :func:`~sosml_friction.nodes.run.run_node` waits for it.
-    on_end: Callable[[], object] = staticmethod(lambda: None)
 
     def refuse_unknown_parameters(self) -> None:
         """
-        Refuse parameters that are none of the node's: ROS would not say a word.
+        Refuse parameters that were given but are none of the node's: ROS would not say a word.
 
         :raises ConfigurationError: naming the parameter and the one that may have been meant.
         """
@@ -36,7 +33,10 @@ class ProgramNode(Node):
                 raise ConfigurationError(f'{self.get_name()} has no parameter {name}: {meant}')
 
     def end(self, outcome: BaseException | None = None) -> None:
-        """End the program after the present callback, by ``outcome``; None is a good end."""
+        """
+        End the program after the present callback.
+
+        :param outcome: why, as if it had been raised; None for a good end.
+        """
         if self.outcome is None:
             self.outcome = outcome or SystemExit(0)
-            self.on_end()

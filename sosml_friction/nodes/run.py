@@ -8,7 +8,6 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 import rclpy
@@ -17,7 +16,6 @@ from rclpy.exceptions import ROSInterruptException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 from sosml_friction.exceptions import SosmlFrictionError
 from sosml_friction.nodes.node_help import NodeHelp
@@ -84,17 +82,11 @@ def run_node(
         for program in programs:
             program.refuse_unknown_parameters()
         executor = make_executor()
+        stop.on_signal = executor.wake
         for node in nodes:
             executor.add_node(node)
-        while True:
-            # To return for each callback costs as much as a small one: only what ends it does.
-            ended = Future()
-            stop.on_signal = partial(ended.set_result, None)
-            for program in programs:
-                program.on_end = stop.on_signal
-            if not rclpy.ok() or stop.is_set() or any(own.outcome for own in programs):
-                break
-            executor.spin_until_future_complete(ended, timeout_sec=_SPIN_TIMEOUT)
+        while rclpy.ok() and not stop.is_set() and not any(own.outcome for own in programs):
+            executor.spin_once(timeout_sec=_SPIN_TIMEOUT)
         for node in nodes:
             executor.remove_node(node)
         for program in programs:

@@ -17,7 +17,7 @@ int16, voltage 0.1 V uint16. Values are rounded to the nearest count and saturat
 Not coded, as nothing here sends it: the motion mode (0x400 + id), gains and accelerations (0x30
 to 0x43), functions, identifiers and bit rate (0x20, 0x79, 0xB4), angles, positions and encoder
 values within a turn (0x94, 0xA6, 0x90), increments (0xA8), mode, power and phase currents (0x70,
-0x71, 0x9D), a reset (0x76), writing the zero (0x63, 0x64), and unasked replies (0xB6).
+0x71, 0x9D), writing the zero (0x63, 0x64), and unasked replies (0xB6).
 """
 
 from collections.abc import Mapping
@@ -42,6 +42,8 @@ Shutdown = bare('Shutdown', Command.SHUTDOWN)  # The joint is free.
 Stop = bare('Stop', Command.STOP)  # The motor's own loop holds.
 ReleaseBrake = bare('ReleaseBrake', Command.BRAKE_RELEASE)
 LockBrake = bare('LockBrake', Command.BRAKE_LOCK)
+# Not answered; the motor is away for about 1.1 s.
+Reset = bare('Reset', Command.RESET)
 ReadAngle = bare('ReadAngle', Command.ANGLE)
 ReadEncoder = bare('ReadEncoder', Command.ENCODER)
 ReadStatus = bare('ReadStatus', Command.STATUS)
@@ -108,7 +110,7 @@ ECHOED = (Shutdown, Stop, ReleaseBrake, LockBrake, SetTimeout)
 """What is answered by itself."""
 
 REQUESTS = by_command(
-    *ECHOED, ReadAngle, ReadEncoder, ReadStatus, ReadMotion, ReadUptime, ReadVersion,
+    *ECHOED, Reset, ReadAngle, ReadEncoder, ReadStatus, ReadMotion, ReadUptime, ReadVersion,
     ReadModel, SetCurrent, SetSpeed, SetPosition,
 )  # fmt: skip
 

@@ -13,6 +13,7 @@ class Command(IntEnum):
     """Byte 0 of a frame."""
 
     ENCODER = 0x60
+    RESET = 0x76
     BRAKE_RELEASE = 0x77
     BRAKE_LOCK = 0x78
     SHUTDOWN = 0x80

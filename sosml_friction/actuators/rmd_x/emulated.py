@@ -24,6 +24,8 @@ THERMAL_TIME = 600.0
 TELL_PERIOD_NS = 1_000_000_000
 # An answer to the brake commands takes 50 to 150 ms.
 BRAKE_NS = 80_000_000
+# 0x76: measured on the real motor.
+REBOOT_NS = 1_100_000_000
 # The motor's own loops, tuned for an arm of 0.3 kg m2: current per error of speed [A s/rad] and
 # of its integral [A/rad], speed per error of angle [1/s].
 SPEED_KP = 12.0
@@ -58,7 +60,7 @@ class EmulatedRmdX(EmulatedActuator):
     """
     Answer the motor's commands as the manual says.
 
-    Current, speed and position mode; stop, shutdown, brake; status, motion, angle,
+    Current, speed and position mode; stop, shutdown, brake, reset; status, motion, angle,
     encoder, uptime, version, model; timeout (0xB3). iq is reported with
     noise and rounded to 0.01 A, the angle with encoder noise and rounded to 0.01 degree, speed and
     coarse angle rounded to whole degrees. Without a frame for ``comm_timeout`` the output goes
@@ -147,6 +149,10 @@ class EmulatedRmdX(EmulatedActuator):
         except CanProtocolError:
             self.undecodable += 1
             return None
+        finally:
+            if frame.data[:1] == bytes([rmd_x.Command.RESET]):
+                self._dark_until_ns = t_ns + REBOOT_NS
+                self.restart(self._dark_until_ns)
 
     def _act(self, request: rmd_x.Request, q: float, v: float) -> rmd_x.Reply | None:
         """Do what is asked, and return the reply to it, or None if it asks only."""

@@ -177,12 +177,11 @@ def test_a_motor_that_timed_out_says_so_every_second_and_echoes_one_request():
     assert emulator.actuator('shoulder').commanded_current == 1.0
 
 
-def test_a_motor_that_starts_anew_is_dark_for_a_while_and_counts_its_uptime_anew():
+def test_a_reset_motor_is_dark_for_a_while_and_counts_its_uptime_anew():
     emulator = emulated_exoskeleton(options=NO_TIMEOUT)
     ask(emulator, rmd_x.SetCurrent(1.0), 500 * MS)
     assert ask(emulator, rmd_x.ReadUptime(), 500 * MS)[1].milliseconds == 500
-    emulator.advance(600 * MS)
-    emulator.inject('reboot joint=shoulder')
+    assert emulator.handle(rmd_x.encode_request(1, rmd_x.Reset()), 600 * MS) == []
     assert emulator.handle(rmd_x.encode_request(1, rmd_x.ReadUptime()), 1000 * MS) == []
     assert emulator.actuator('shoulder').commanded_current == 0.0
     assert ask(emulator, rmd_x.ReadUptime(), 1800 * MS)[1].milliseconds == 100

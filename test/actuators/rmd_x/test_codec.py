@@ -32,6 +32,7 @@ REQUESTS = [
     ('9A 00 00 00 00 00 00 00', rmd_x.ReadStatus()),
     ('9C 00 00 00 00 00 00 00', rmd_x.ReadMotion()),
     ('60 00 00 00 00 00 00 00', rmd_x.ReadEncoder()),
+    ('76 00 00 00 00 00 00 00', rmd_x.Reset()),
     ('77 00 00 00 00 00 00 00', rmd_x.ReleaseBrake()),
     ('78 00 00 00 00 00 00 00', rmd_x.LockBrake()),
     ('80 00 00 00 00 00 00 00', rmd_x.Shutdown()),
