@@ -8,7 +8,6 @@ stderr; 130 after Ctrl-C. With ``--json`` stdout carries exactly one JSON object
 remarks always go to stderr.
 """
 
-import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -37,9 +36,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Before NumPy is loaded, for commands that fit by other ways too and the processes that they
     # start; why is said in one_thread.py.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-    # Of hundreds of thousands of objects nearly all stay: to look for garbage among them as often
-    # as Python does took a thirtieth of the time of a diagnosis. Chosen: a hundredth as often.
-    gc.set_threshold(50_000, 20, 100)
     given = sys.argv[1:] if arguments is None else list(arguments)
     try:
         # Not standalone: usage errors come back, to be told in one sentence like all others.
