@@ -33,8 +33,8 @@ class Search:
         """
         selector = Selector(design.laboratory, step)
         selection = selector.run()
-        stood_out = [*selection.accepted, *filter(None, [selection.rejected])]
-        if any(isinstance(cause.effect, TransmissionTerm) for cause in stood_out):
+        stood_out = [*selection.accepted, selection.rejected]
+        if any(own and isinstance(own.effect, TransmissionTerm) for own in stood_out):
             untold = design.untold_inertia([cause.placed for cause in selection.accepted])
             if untold:
                 design = design.with_free_inertia(untold, step)

@@ -243,17 +243,19 @@ class Linear:
         scale = 1.0 / np.sqrt(np.diag(G))
         return np.asarray(np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None])
 
-    def variances(self, fit: Fit) -> FloatArray:
+    def variances(self, fit: Fit) -> tuple[FloatArray, FloatArray]:
         """
-        Return variances of all parameters of the ``fit``, (m,): the sum of three.
+        Return variances (m,) of all parameters of the ``fit``, and :meth:`_by_tolerance`, (2, m).
 
-        That of noise is the curvature's, scaled by what is left where that is more than noise, or
-        what the blocks of the recording say, each with its own sum of scores, where this is
-        larger: noise and misfit may be correlated within a block. That of the nominal model: each
-        of its parameters is anywhere within its tolerance alike, which has three times the
-        variance of the Gaussian that draws it there; where one sits at its bound, what that moves
-        is an error too. That of the build-up of friction: what the rows beside reversals move,
-        beyond chance.
+        The variance is a sum over three causes:
+
+        * noise: the curvature's, scaled by what is left where that is more than noise, or what the
+          blocks of the recording say, each with its own sum of scores, where this is larger: noise
+          and misfit may be correlated within a block;
+        * the nominal model: each of its parameters is anywhere within its tolerance alike, which
+          has three times the variance of the Gaussian that draws it there; where one sits at its
+          bound, what that moves is an error too;
+        * the build-up of friction: what the rows beside reversals move, beyond chance.
         """
         wide, x = fit.system.extended(self.slopes), fit.baseline.x
         covariance, named = self.covariance()
@@ -271,19 +273,20 @@ class Linear:
         noise = np.einsum('ij,jk,ki->i', covariance, data, covariance)
         ratio = max(fit.baseline.cost / float(self.laboratory.known.sum()), 1.0)
         result = np.maximum(noise * ratio, between)
-        result += self.by_tolerance(wide)[0] ** 2
+        tolerance = self._by_tolerance(covariance, wide)
+        result += tolerance[0] ** 2
         result += self._beyond(x, named, scores.sum(axis=0)) ** 2
         result += self._by_reversals(x, wide.Z, left, named, covariance)
-        return np.asarray(result)
+        return np.asarray(result), tolerance
 
-    def by_tolerance(self, system: System) -> FloatArray:
+    @staticmethod
+    def _by_tolerance(covariance: FloatArray, system: System) -> FloatArray:
         """
         Return by how much deviations within their tolerance move all parameters, (2, m).
 
         The standard deviation, each anywhere within its bound b alike, with the variance b^2 / 3;
         and the most, all of them at their bounds.
         """
-        covariance, _ = self.covariance()
         weight = system.prior_weight()
         most = np.where(weight > 0.0, system.bound, 0.0)
         return np.array(
@@ -336,7 +339,7 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     system = laboratory.system.extended([each.columns for each in placed])
     fit = Fit.make(system, laboratory.y)
     linear = Linear.make(laboratory, placed, fit.baseline.x)
-    variance = linear.variances(fit)
+    variance, tolerance = linear.variances(fit)
     for each, part in with_amplitudes(placed, len(laboratory.nominal.bound)):
         variance[part] += (_regressor_error(laboratory, each) * fit.baseline.x[part]) ** 2
     known, shift = linear.known, np.sqrt(_rival_variance(laboratory, placed, linear, fit))
@@ -347,9 +350,14 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     for (k, name, own, _), error, by in at:
         body = _tolerance(laboratory) if name in placed[k].term.with_body else 0.0
         inner[k][name], moved[k][name] = own * float(np.hypot(error, body)), own * by
-    tolerance = linear.by_tolerance(system.extended(linear.slopes))[:, :known]
     return Estimate(
-        tuple(placed), fit, errors[:known], tuple(inner), shift[:known], tuple(moved), tolerance
+        tuple(placed),
+        fit,
+        errors[:known],
+        tuple(inner),
+        shift[:known],
+        tuple(moved),
+        tolerance[:, :known],
     )
 
 

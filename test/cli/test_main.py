@@ -81,6 +81,9 @@ def test_help_of_every_command_has_an_example(sosml, command, option):
     assert (code, err) == (0, '')
     assert f'Example: sosml {" ".join(command)} ' in out
     assert '--json' in out
+    # What a docstring says to a reader of the code.
+    assert ':raises' not in out
+    assert ':param' not in out
 
 
 @pytest.mark.parametrize('group', [(), ('can',)])

@@ -352,6 +352,7 @@ def _read_mat(path: Path) -> dict[str, Any]:
     with readable(path, 'MAT file'):
         try:
             content = loadmat(path, simplify_cells=True)
+        # MATLAB 7.3 writes HDF5 behind a header of its own, which scipy knows and does not read.
         except NotImplementedError:
             return _read_hdf5(path)
     return _flatten({name: value for name, value in content.items() if not name.startswith('__')})

@@ -124,6 +124,6 @@ def _rivals(laboratory: WhitenedRegression, finding: Finding, fit: Fitted) -> tu
     for rival in finding.rivals:
         name, where = rival.reported(names)
         rivals.append(name if where == own else f'{name}@{where}')
-    # Beside the others its own part may be 0.
-    rivals += filter(None, [finding.effect.may_be(fit)])
+    # Beside the others a part of it may be 0 that was not in the round that chose it.
+    rivals += filter(None, [finding.effect.nested(fit)])
     return tuple(dict.fromkeys(rivals))

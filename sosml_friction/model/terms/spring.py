@@ -62,7 +62,7 @@ class Spring(EffortTerm):
         near = abs(k * middle + offset) < (k + fit.error[0]) * _REACH * span
         return '' if k > 0.0 and near else 'effort_bias'
 
-    def may_be(self, fit: Fitted) -> str:
+    def nested(self, fit: Fitted) -> str:
         """Return 'effort_bias' where the interval of a stiffness that nobody states holds 0."""
         seen = fit.amplitude[0] >= Z_95 * fit.error[0]
         return '' if seen or self.stated is not None else 'effort_bias'

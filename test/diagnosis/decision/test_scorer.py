@@ -51,3 +51,16 @@ def test_what_is_beside_reversals_is_evidence_for_those_alone_that_act_there(
     assert beside < 10.0
     monkeypatch.setattr(Stribeck, 'at_reversals', True)
     assert (bic(np.where(far, 0.0, effect)) > 10.0) == (sign > 0.0)
+
+
+def test_what_may_choose_among_more_points_has_a_higher_floor(laboratory):
+    """0.5 % of the energy, times 1 + ln g."""
+    fit = Fit.make(laboratory.system, laboratory.y)
+    (columns,) = laboratory.columns
+    (candidate,) = laboratory.candidates
+    assert len(candidate.grid) > 1
+    found = Scorer(laboratory).finding(fit, candidate, columns)
+    assert found.floor == pytest.approx(0.005 * (1.0 + np.log(len(candidate.grid))))
+    first = replace(candidate, grid=candidate.grid[:1])
+    one = columns.make(laboratory.system, columns.rows, columns.C[:, :, :1])
+    assert Scorer(laboratory).finding(fit, first, one).floor == pytest.approx(0.005)

@@ -297,8 +297,8 @@ def test_a_spring_without_a_stiffness_is_a_constant_but_where_it_may_relax_near(
 @pytest.mark.parametrize(('stiffness', 'other'), [(0.0019, 'effort_bias'), (0.0020, '')])
 def test_a_spring_whose_interval_holds_no_stiffness_may_be_a_constant_as_well(stiffness, other):
     fit = Fitted(SimpleNamespace(), 0, {}, np.array([stiffness, 0.1]), np.array([1e-3, 5e-3]))
-    assert TERMS['spring']().may_be(fit) == other
-    assert TERMS['spring']().as_stated(np.zeros(2), ('k', 'offset')).may_be(fit) == ''
+    assert TERMS['spring']().nested(fit) == other
+    assert TERMS['spring']().as_stated(np.zeros(2), ('k', 'offset')).nested(fit) == ''
 
 
 def test_a_torque_constant_within_its_tolerance_is_tolerated_in_one_joint_and_in_all():

@@ -236,8 +236,8 @@ class Term(ABC):
         """Return the term that this one is where its own part is not seen, else ''."""
         return ''
 
-    def may_be(self, fit: Fitted) -> str:
-        """Return the term that this one may be as well, as its own part may be 0, else ''."""
+    def nested(self, fit: Fitted) -> str:
+        """Return the term that is left where a part of this one is 0, as it may be, else ''."""
         return ''
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
