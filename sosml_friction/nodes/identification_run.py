@@ -60,6 +60,12 @@ class IdentificationRun:
         """Return how long the trajectory has run at a stamp at the least [s]."""
         return (t_ns - self.heard_ns) * 1e-9
 
+    def progress(self, t_ns: int) -> float:
+        """Return the share of the trajectory that has surely run at a stamp, 0 to 1."""
+        # Until it is heard, the beginning moves on with the samples, and the share would go back.
+        share = self.elapsed(t_ns) / self.trajectory.duration if self.is_heard else 0.0
+        return min(1.0, max(0.0, share))
+
     def hear(self, t_ns: int, now_ns: int, has_it: bool) -> None:
         """
         Look, at a sample of stamp ``t_ns``, whether the driver is known to have the trajectory.

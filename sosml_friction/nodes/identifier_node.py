@@ -543,8 +543,8 @@ class IdentifierNode(ProgramNode):
             values['trajectory'] = f'{self._label}, {run.trajectory.duration:.1f} s'
             values['messages recorded'] = run.recorder.message_count
             if self._phase == 'moving' and self._last_state is not None:
-                share = run.elapsed(stamp_ns(self._last_state)) / run.trajectory.duration
-                values['progress [%]'] = round(100.0 * min(1.0, max(0.0, share)), 1)
+                share = run.progress(stamp_ns(self._last_state))
+                values['progress [%]'] = round(100.0 * share, 1)
         if self._job is not None:
             values['step'] = self._job.step
         values |= self._diagnosed

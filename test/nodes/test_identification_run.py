@@ -77,3 +77,15 @@ def test_a_run_counts_from_when_the_driver_has_the_trajectory(
     run.hear(round(t * 1e9), round(now * 1e9), has_it)
     assert run.heard_ns == round(heard * 1e9)
     assert run.is_heard == is_heard
+
+
+def test_progress_never_goes_back_while_the_driver_is_waited_for(tmp_path):
+    """A sample 0.6 s after the one at which the trajectory was sent tells nothing yet."""
+    run = a_run(tmp_path, way=1.0)
+    run.is_heard = False
+    told = [run.progress(600_000_000)]
+    for t, has_it in [(0.7, False), (0.8, False), (0.9, True)]:
+        run.hear(round(t * 1e9), round(t * 1e9), has_it)
+        told.append(run.progress(round(t * 1e9)))
+    told += [run.progress(round(t * 1e9)) for t in (1.9, 10.8, 12.0)]
+    assert told == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.1, 0.99, 1.0])
