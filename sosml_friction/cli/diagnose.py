@@ -88,7 +88,7 @@ def diagnose(
     """
     from sosml_friction.bags.source import bag_name
     from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
-    from sosml_friction.diagnosis.trust import check_trust
+    from sosml_friction.diagnosis.trust import parse_trust
     from sosml_friction.export.diagnosed import trust_of_a_simulation, with_simulator
     from sosml_friction.regression.settings import DiagnosisSettings
     from sosml_friction.report.common.figure_files import write_figures
@@ -99,9 +99,7 @@ def diagnose(
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), view.KIND)
     require_writable(folder)
     leave = as_names(without or None) or ()
-    said = as_names(trust or None) or ()
-    told = options.parse_values('--trust', list(said), 'GROUP=SHARE')
-    check_trust(told)
+    told = parse_trust(as_names(trust or None) or ())
     if mjcf is not None:
         told = trust_of_a_simulation(told)
     with progress(f'reading {bags[0]}') as step:

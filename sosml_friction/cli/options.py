@@ -72,11 +72,10 @@ def parse_numbers(option: str, text: str) -> list[float]:
         raise ConfigurationError(f'{option} {text} is no number: give numbers') from None
 
 
-def parse_values(option: str, entries: list[str], what: str = 'JOINT=VALUE') -> dict[str, float]:
+def parse_values(option: str, entries: list[str]) -> dict[str, float]:
     """
     Read entries ``JOINT=VALUE``, or ``VALUE``, which is that of '*', all others.
 
-    :param what: the form to ask for, where an entry is something else.
     :raises ConfigurationError: if one is neither.
     """
     stated = {}
@@ -86,7 +85,7 @@ def parse_values(option: str, entries: list[str], what: str = 'JOINT=VALUE') -> 
             stated[joint or '*'] = float(text)
         except ValueError as error:
             raise ConfigurationError(
-                f'{option} {entry} has no number: write {option} {what}'
+                f'{option} {entry} has no number: write {option} JOINT=VALUE'
             ) from error
     return stated
 

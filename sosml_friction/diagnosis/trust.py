@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far each group of nominal parameters is trusted."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,25 @@ TORQUE_CONSTANT = 'torque_constant'
 GROUPS = ('masses', 'armature', 'friction', 'terms', TORQUE_CONSTANT)
 #: A bias is the sensor's and not friction: who guesses a friction says nothing of it.
 _FRICTION = ('coulomb', 'viscous')
+
+
+def parse_trust(entries: Iterable[str]) -> dict[str, float]:
+    """
+    Read entries ``GROUP=SHARE``.
+
+    :raises ConfigurationError: if one is none, or :func:`check_trust` refuses it.
+    """
+    trust = {}
+    for entry in entries:
+        group, _, share = entry.partition('=')
+        try:
+            trust[group] = float(share)
+        except ValueError:
+            raise ConfigurationError(
+                f'{entry!r} says no trust: write GROUP=SHARE, such as friction=inf'
+            ) from None
+    check_trust(trust)
+    return trust
 
 
 def check_trust(trust: Mapping[str, float]) -> None:

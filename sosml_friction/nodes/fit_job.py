@@ -30,9 +30,9 @@ class FitJob:
 
     Writes ``model`` (with ``report.html`` and ``fit.json``) and ``parameters.yaml`` beside the
     ``bag``, both or, where it fails or is given up, none. Then, with ``diagnose``, it does what
-    ``sosml diagnose`` does (``without`` some effects), with the model that the bag was recorded
-    with, and writes ``diagnosis`` beside them; the fit stays where that fails. ``step`` says what
-    it is at.
+    ``sosml diagnose`` does (``without`` some effects; entries ``GROUP=SHARE`` of ``trust`` say how
+    far nominal parameters may be off), with the model that the bag was recorded with, and writes
+    ``diagnosis`` beside them; the fit stays where that fails. ``step`` says what it is at.
     """
 
     def __init__(
@@ -41,6 +41,7 @@ class FitJob:
         settings: FitSettings,
         diagnose: bool = False,
         without: Sequence[str] = (),
+        trust: Sequence[str] = (),
     ) -> None:
         self.folder = folder
         self.step = 'starting'
@@ -51,6 +52,7 @@ class FitJob:
         self._settings = settings
         self._diagnose = diagnose
         self._without = tuple(without)
+        self._trust = tuple(trust)
         self._given_up = threading.Event()
         self._thread = threading.Thread(target=self._work, name='fit')
         self._thread.start()
@@ -104,13 +106,20 @@ class FitJob:
     def _find_causes(self) -> None:
         # numba and the catalogue take a second to load: only for those who asked.
         from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
+        from sosml_friction.diagnosis.trust import parse_trust
+        from sosml_friction.regression.settings import DiagnosisSettings
         from sosml_friction.report.common.output import check_output_folder
         from sosml_friction.report.diagnosis.document import KIND, write_diagnosis
 
         try:
             self._begin('beginning the diagnosis')
             folder = check_output_folder(self.folder / 'diagnosis', KIND)
-            found = diagnose_bags([self.folder / 'bag'], without=self._without, step=self._begin)
+            found = diagnose_bags(
+                [self.folder / 'bag'],
+                without=self._without,
+                settings=DiagnosisSettings(trust=parse_trust(self._trust)),
+                step=self._begin,
+            )
             write_diagnosis(folder, found.diagnosis, found.nominal, found.provenance, self._begin)
             self.diagnosis = found.diagnosis
         except _GivenUpError:

@@ -87,11 +87,13 @@ class IdentifierNode(ProgramNode):
         self._label = find_kind(self._p['trajectory']).label
         if self._stated.model is not None and not self._stated.model.unseen:
             self._look_for(self._stated.model)
-        if self._p['diagnose_without']:
+        if self._p['diagnose_without'] or self._p['diagnose_trust']:
             # Only for those who asked: the catalogue takes a second to load.
             from sosml_friction.diagnosis.library import make_library
+            from sosml_friction.diagnosis.trust import parse_trust
 
             make_library(tuple(self._p['diagnose_without']))
+            parse_trust(self._p['diagnose_trust'])
         self._phase = 'idle'
         self._message = 'call ~/start to run the trajectory'
         self._robot: Robot | None = None
@@ -447,6 +449,7 @@ class IdentifierNode(ProgramNode):
             FitSettings(method=self._p['method']),
             self._p['diagnose'],
             self._p['diagnose_without'],
+            self._p['diagnose_trust'],
         )
         self._enter('fitting', 'running the observers over the bag and fitting')
 

@@ -108,4 +108,11 @@ PARAMETERS = (
     ParameterSpec(
         'diagnose_without', 'string_array', [], 'effects that the diagnosis does not look for'
     ),
+    ParameterSpec(
+        'diagnose_trust',
+        'string_array',
+        [],
+        'how far nominal parameters may be off and be no cause, as --trust of sosml diagnose: '
+        'GROUP=SHARE, such as friction=inf for a friction that is a guess',
+    ),
 )

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 
 import pytest
@@ -56,20 +57,22 @@ def test_a_diagnosis_that_fails_leaves_the_fit_and_is_told(fits, tmp_path, monke
 def test_it_is_given_up_between_two_steps(fits, tmp_path, monkeypatch):
     steps, begun, given_up = [], threading.Event(), threading.Event()
 
-    def diagnose(bags, without, step):
-        steps.append((bags, without))
+    def diagnose(bags, without, settings, step):
+        steps.append((bags, without, settings.trust))
         begun.set()
         assert given_up.wait(timeout=60.0)
         step('one more')
         steps.append('too far')
 
     monkeypatch.setattr(bag_diagnosis, 'diagnose_bags', diagnose)
-    job = FitJob(tmp_path, FitSettings(), diagnose=True, without=['spring'])
+    job = FitJob(
+        tmp_path, FitSettings(), diagnose=True, without=['spring'], trust=['friction=inf']
+    )
     assert begun.wait(timeout=60.0)
     job.give_up()
     given_up.set()
     finished(job)
-    assert steps == [([tmp_path / 'bag'], ('spring',))]
+    assert steps == [([tmp_path / 'bag'], ('spring',), {'friction': math.inf})]
     assert isinstance(job.diagnosis, ConfigurationError)
     assert 'aborted' in str(job.diagnosis)
 

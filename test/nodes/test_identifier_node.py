@@ -362,6 +362,8 @@ def test_a_robot_of_other_joints_ends_the_node_with_one_sentence(ros, start_node
         (['method:=magic'], 'use one of auto'),
         (['trajectory:=zigzag'], 'use one of speed_ladder, symmetric_reversals'),
         (["diagnose_without:=['stiction']"], "effect 'stiction' is unknown"),
+        (["diagnose_trust:=['friction']"], "'friction' says no trust: write GROUP=SHARE"),
+        (["diagnose_trust:=['gears=0.1']"], "'gears' cannot be trusted: use masses"),
     ],
 )
 def test_a_configuration_that_cannot_work_is_refused(refusal, parameters, sentence):
@@ -534,9 +536,8 @@ def test_after_the_fit_the_model_before_it_is_diagnosed_and_the_sentence_arrives
     latched.publish(String(data=json.dumps(controller)))
     # A small catalogue, for a short test.
     without = sorted(set(searched_terms()) - {'stribeck', 'asymmetric_friction', 'gravity_tilt'})
-    _, arrays = begin_short_run(
-        ros, start_node, tmp_path, 'diagnose:=true', f'diagnose_without:={without}'
-    )
+    asked = ('diagnose:=true', f'diagnose_without:={without}', "diagnose_trust:=['masses=0.1']")
+    _, arrays = begin_short_run(ros, start_node, tmp_path, *asked)
     run = tmp_path / 'run'
 
     def last() -> dict[str, str]:
@@ -565,6 +566,7 @@ def test_after_the_fit_the_model_before_it_is_diagnosed_and_the_sentence_arrives
     assert last()['verdict'] == document['verdict'] != 'bad_data'
     assert last()['diagnosis'] == document['sentence']
     assert document['provenance']['bags'][0]['bag'] == 'bag'
+    assert document['provenance']['trust'] == {'masses': 0.1}
     assert (run / 'diagnosis' / 'report.html').is_file()
     steps = {x['step'] for x in run_values(arrays) if x['phase'] == 'diagnosing'}
     assert len(steps) > 2
