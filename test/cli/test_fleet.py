@@ -20,6 +20,8 @@ from sosml_friction.cli.fleet import Done, find_recordings, run_one, split_words
 from sosml_friction.exceptions import ConfigurationError
 
 ROBOT = ('--free', '0.2', '--position', 'q', '--effort', 'tau')
+#: The rotor is what the effort was made with, and one observer and one way of fitting will do.
+QUICK = ('--observers', 'sosml', '--method', 'segments', '--body-tolerance', '0')
 
 
 def write_recording(path, seed, day):
@@ -69,7 +71,8 @@ def results(recordings, tmp_path_factory):
               '--no-dashboard', '--host', '127.0.0.1')  # fmt: skip
     start(*worker)
     start(*worker)
-    asked = ['fleet', 'fit', str(recordings), '--out', str(place / 'results'), *ROBOT, '--json']
+    asked = ['fleet', 'fit', str(recordings), '--out', str(place / 'results')]
+    asked += [*ROBOT, *QUICK, '--json']
     try:
         with distributed.Client(address, timeout='60s') as client:
             client.wait_for_workers(2, timeout=60)

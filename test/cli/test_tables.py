@@ -11,8 +11,9 @@ from slider_bags import COULOMB, EMPS, VISCOUS, checked, record, slider_log
 from sosml_friction.bags.bag import Bag
 
 ROBOT = ('--axis', '95.1089')
-#: The mass is what the effort was made with: a comparison of bodies is half the time of a fit.
-FIT = ('fit', '--body-tolerance', '0')
+#: The mass is what the effort was made with: a comparison of bodies is half the time of a fit. The
+#: weak form is judged, for which no observer runs.
+FIT = ('fit', '--body-tolerance', '0', '--observers', 'sosml')
 
 
 def write_table(folder, name='axis.csv', header='t,q,f', scale=(1.0, 1.0, 1.0), extra=()):

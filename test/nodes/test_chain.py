@@ -3,7 +3,7 @@
 """
 The whole chain: emulator, driver, observers and identifier as processes, CAN bytes over TCP, DDS.
 
-One run at 500 Hz serves all tests here, of 60 s in ``make validate`` and 38 s else. It is one of
+One run at 500 Hz serves all tests here, of 60 s in ``make validate`` and 31 s else. It is one of
 real time on a machine that may be busy, and judged by wiring, counts, order and flags; numbers are
 judged in emulated time (``test_emulated_t1.py``, ``test_busy_machine.py``).
 """
@@ -36,7 +36,7 @@ from validation.busy import judge, replayed
 PARAMETERS = share_directory() / 'config' / 'exoskeleton.yaml'
 OBSERVERS = ('first_order', 'sosml')
 #: The least length of the run [s], and the plateaus that make it with the speeds of T1 [s].
-LEAST, PLATEAU = (60.0, 1.6) if 'SOSML_FRICTION_SEEDS' in os.environ else (38.0, 0.7)
+LEAST, PLATEAU = (60.0, 1.6) if 'SOSML_FRICTION_SEEDS' in os.environ else (31.0, 0.4)
 
 
 @pytest.fixture(scope='module')

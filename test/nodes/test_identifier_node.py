@@ -213,16 +213,6 @@ def test_a_driver_that_would_not_move_is_told_and_nothing_is_left_behind(ros, be
     assert not (tmp_path / 'run').exists()
 
 
-def test_a_driver_that_falls_silent_fails_the_run_and_keeps_the_bag(ros, start_node, tmp_path):
-    robot, _, tell = standing_bench(ros, start_node, tmp_path, 'tracking_tolerance:=10.0')
-    start(ros, tell)
-    ros.spin_until(lambda: tell()[0] == 'moving')
-    robot.timer.cancel()
-    ros.spin_until(lambda: tell()[0] == 'failed')
-    assert 'joint_states fell silent for 4 s' in tell()[1]
-    assert int(Bag.open(tmp_path / 'run' / 'bag').joint_log().t_ns[-1]) == robot.sent[-1]
-
-
 def test_a_bag_begins_at_the_reset_and_not_at_a_gap_before_it(ros, start_node, tmp_path):
     """
     An estimate that is not known because of a gap may come between the request and the reset.
@@ -294,14 +284,16 @@ def test_an_observer_that_cannot_start_afresh_fails_the_run_with_its_reason(
     ros.spin_until(lambda: not (tmp_path / 'run').exists())
 
 
-def test_an_identifier_that_stood_still_does_not_take_it_for_silence(ros, start_node, tmp_path):
+def test_a_silent_driver_fails_the_run_and_keeps_the_bag_and_standing_still_itself_does_not(
+    ros, start_node, tmp_path
+):
     """
     A machine that lets it wait is no driver that says nothing.
 
     Stopped by the clock, not until so many messages came: after some ten seconds of silence its
     peers would drop it, and to be found again takes longer than the silence it must not report.
     """
-    _, identifier, tell = standing_bench(ros, start_node, tmp_path, 'tracking_tolerance:=10.0')
+    robot, identifier, tell = standing_bench(ros, start_node, tmp_path, 'tracking_tolerance:=10.0')
     start(ros, tell)
     ros.spin_until(lambda: tell()[0] == 'moving')
     identifier.process.send_signal(signal.SIGSTOP)
@@ -311,6 +303,10 @@ def test_an_identifier_that_stood_still_does_not_take_it_for_silence(ros, start_
     # The silence that it would have taken it for, once more.
     ros.spin_until(lambda: time.monotonic() > stopped + 10.0)
     assert tell()[0] == 'moving', tell()[1]
+    robot.timer.cancel()
+    ros.spin_until(lambda: tell()[0] == 'failed')
+    assert 'joint_states fell silent for 4 s' in tell()[1]
+    assert int(Bag.open(tmp_path / 'run' / 'bag').joint_log().t_ns[-1]) == robot.sent[-1]
 
 
 def test_abort_closes_the_bag(ros, bench, tmp_path):
@@ -460,25 +456,30 @@ def begin_short_run(ros, start_node, tmp_path, *parameters):
     return robot, arrays
 
 
-@pytest.fixture
-def moving(ros, start_node, tmp_path):
-    """Return a robot that moves, and all diagnostics, with a short run begun."""
-    return begin_short_run(ros, start_node, tmp_path)
-
-
-def test_a_fit_is_aborted_and_begun_anew_while_the_joints_are_observed(ros, moving, tmp_path):
+def test_fit_and_diagnosis_are_aborted_and_begun_anew_while_the_joints_are_observed(
+    ros, start_node, tmp_path
+):
     """
-    Nothing is written by an aborted fit; the next one does what the tool does.
+    Nothing is written by what is aborted; what is begun anew does what the tool does.
 
-    Meanwhile each sample that is sent has its estimate, and the identifier still takes them.
+    One run serves for all. While it is fitted each sample that is sent has its estimate, and the
+    identifier still takes them. An aborted diagnosis leaves the fit. The controllers that the
+    driver names are in the tags of the bag.
     """
-    robot, arrays = moving
+    controller = {'shoulder': {'kind': 'actuator', 'reason': 'a test'}}
+    latched = ros.node.create_publisher(String, 'controller_configuration', LATCHED)
+    latched.publish(String(data=json.dumps(controller)))
+    # A small catalogue, for a short test.
+    without = sorted(set(searched_terms()) - {'stribeck', 'asymmetric_friction', 'gravity_tilt'})
+    asked = ('diagnose:=true', f'diagnose_without:={without}', "diagnose_trust:=['masses=0.1']")
+    robot, arrays = begin_short_run(ros, start_node, tmp_path, *asked)
     run = tmp_path / 'run'
     estimates = ros.collect(JointState, 'friction_estimate', JOINT_STATES)
 
     def last() -> dict[str, str]:
         return run_values(arrays)[-1]
 
+    # The fit, aborted.
     ros.spin_until(lambda: last()['phase'] == 'fitting')
     answer = ros.call(Trigger, 'identifier_node/abort')
     assert answer.success, answer.message
@@ -487,18 +488,31 @@ def test_a_fit_is_aborted_and_begun_anew_while_the_joints_are_observed(ros, movi
     assert 'aborted' in last()['message']
     assert [p.name for p in run.iterdir()] == ['bag']
 
+    # The fit, begun anew and observed, up to its end.
     answer = ros.call(Trigger, 'identifier_node/fit')
     assert answer.success
     assert answer.message == f'fitting {run / "bag"}'
     ros.spin_until(lambda: last()['phase'] == 'fitting')
     begun, taken = len(robot.sent), int(last()['joint_states taken'])
-    ros.spin_until(lambda: last()['phase'] in ('done', 'failed'))
-    ended = len(robot.sent)
-    assert last()['phase'] == 'done', last()['message']
-    assert int(last()['joint_states taken']) - taken > 0.5 * (ended - begun) > 10
+    ros.spin_until(lambda: last()['phase'] != 'fitting')
+    ended, fitted = len(robot.sent), last()
+    # The fit is done and told while the diagnosis runs, which is aborted.
+    assert fitted['phase'] == 'diagnosing', fitted['message']
+    assert fitted['message'].endswith(f'model in {run / "model"}')
+    assert not ros.call(Trigger, 'identifier_node/start').success
+    answer = ros.call(Trigger, 'identifier_node/abort')
+    assert answer.success, answer.message
+    assert 'the fit is kept' in answer.message
+    assert int(fitted['joint_states taken']) - taken > 0.5 * (ended - begun) > 10
     ros.spin_until(lambda: stamps_of(estimates[-1:]) >= robot.sent[ended - 1 : ended])
     during = [t for t in stamps_of(estimates) if robot.sent[begun] <= t <= robot.sent[ended - 1]]
     assert during == robot.sent[begun:ended]
+    # Nobody looks at what it would send from here on.
+    robot.timer.cancel()
+    ros.spin_until(lambda: last()['phase'] == 'done')
+    assert 'aborted' in last()['diagnosis']
+    assert {p.name for p in run.iterdir()} == {'bag', 'model', 'parameters.yaml'}
+    assert (run / 'model' / 'report.html').is_file()
 
     told = run_values(arrays)
     shares = [float(x['progress [%]']) for x in told if 'progress [%]' in x]
@@ -508,10 +522,10 @@ def test_a_fit_is_aborted_and_begun_anew_while_the_joints_are_observed(ros, movi
     assert {'fitting', 'drawing shoulder', 'running the observers over the bag'} & steps
     assert told[-1]['trajectory'].startswith('T1, ')
 
-    tags = Bag.open(run / 'bag').tags
-    assert (tags['trajectory'], tags['trajectory_label']) == ('speed_ladder', 'T1')
-    assert json.loads(tags['trajectory_options'])['speeds'] == [0.1, 0.4, 0.8]
-    assert {p.name for p in run.iterdir()} == {'bag', 'model', 'parameters.yaml'}
+    bag = Bag.open(run / 'bag')
+    assert (bag.tags['trajectory'], bag.tags['trajectory_label']) == ('speed_ladder', 'T1')
+    assert json.loads(bag.tags['trajectory_options'])['speeds'] == [0.1, 0.4, 0.8]
+    assert read_controllers(bag) == controller
     written = json.loads((run / 'model' / 'fit.json').read_text())
     # In more threads than the node's one the last digits are others.
     analysis = in_one_thread(analyse_bag)(run / 'bag')
@@ -520,42 +534,8 @@ def test_a_fit_is_aborted_and_begun_anew_while_the_joints_are_observed(ros, movi
     assert written['joints']['shoulder']['sosml']['parameters']['coulomb'][
         'value'
     ] == pytest.approx(0.6, abs=0.02)
-    assert (run / 'model' / 'report.html').is_file()
 
-
-def test_after_the_fit_the_model_before_it_is_diagnosed_and_the_sentence_arrives(
-    ros, start_node, tmp_path
-):
-    """
-    An aborted diagnosis leaves the fit; the next one writes what ``sosml diagnose`` writes.
-
-    The controllers that the driver names are in the tags of the bag.
-    """
-    controller = {'shoulder': {'kind': 'actuator', 'reason': 'a test'}}
-    latched = ros.node.create_publisher(String, 'controller_configuration', LATCHED)
-    latched.publish(String(data=json.dumps(controller)))
-    # A small catalogue, for a short test.
-    without = sorted(set(searched_terms()) - {'stribeck', 'asymmetric_friction', 'gravity_tilt'})
-    asked = ('diagnose:=true', f'diagnose_without:={without}', "diagnose_trust:=['masses=0.1']")
-    _, arrays = begin_short_run(ros, start_node, tmp_path, *asked)
-    run = tmp_path / 'run'
-
-    def last() -> dict[str, str]:
-        return run_values(arrays)[-1]
-
-    ros.spin_until(lambda: last()['phase'] in ('diagnosing', 'failed'))
-    # The fit is done and told while the diagnosis runs.
-    assert last()['phase'] == 'diagnosing', last()['message']
-    assert last()['message'].endswith(f'model in {run / "model"}')
-    assert (run / 'model' / 'report.html').is_file()
-    assert not ros.call(Trigger, 'identifier_node/start').success
-    answer = ros.call(Trigger, 'identifier_node/abort')
-    assert answer.success, answer.message
-    assert 'the fit is kept' in answer.message
-    ros.spin_until(lambda: last()['phase'] == 'done')
-    assert 'aborted' in last()['diagnosis']
-    assert {p.name for p in run.iterdir()} == {'bag', 'model', 'parameters.yaml'}
-
+    # Fit and diagnosis, to the end.
     assert ros.call(Trigger, 'identifier_node/fit').success
     ros.spin_until(lambda: last()['phase'] == 'fitting')
     ros.spin_until(lambda: last()['phase'] in ('done', 'failed'), patience=300.0)
@@ -570,7 +550,6 @@ def test_after_the_fit_the_model_before_it_is_diagnosed_and_the_sentence_arrives
     assert (run / 'diagnosis' / 'report.html').is_file()
     steps = {x['step'] for x in run_values(arrays) if x['phase'] == 'diagnosing'}
     assert len(steps) > 2
-    assert read_controllers(Bag.open(run / 'bag')) == controller
 
 
 def test_a_run_is_refused_where_nobody_would_take_its_trajectory(ros, start_node, tmp_path):

@@ -25,8 +25,8 @@ from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
 LOW = np.array([0.01, 0.015, 0.02, 0.03, 0.045, 0.07, 0.12, 0.2, 0.35, 0.6])
 #: From 4 v_s up: the knee is not in the data.
 HIGH = np.array([0.12, 0.16, 0.22, 0.3, 0.38, 0.46, 0.54, 0.62])
-#: Data sets; ``make validate`` has twice as many.
-SETS = 200 if 'SOSML_FRICTION_SEEDS' in os.environ else 100
+#: Data sets with a knee, and without; ``make validate`` has more.
+SETS, PLAIN = (200, 200) if 'SOSML_FRICTION_SEEDS' in os.environ else (60, 100)
 
 
 def law(v, truth):
@@ -99,7 +99,7 @@ def told_fits():
 @pytest.fixture(scope='module')
 def null_fits():
     truth = {**TRUTH, 'stribeck': 0.0}
-    return [fit_law(*data, 'Nm') for data in data_sets(HIGH, truth, normal)]
+    return [fit_law(*data, 'Nm') for data in data_sets(HIGH, truth, normal, count=PLAIN)]
 
 
 def test_exact_data_with_stribeck_are_recovered():
@@ -161,7 +161,7 @@ def test_another_exponent_is_found_by_chance_as_seldom_as_its_test_says(stribeck
 def test_the_exponent_is_found_where_the_data_reach_below_the_knee(alpha):
     truth = {**TRUTH, 'exponent': alpha}
     fits = []
-    for seed in range(40):
+    for seed in range(25):
         rng = np.random.default_rng(seed)
         v = plateaus(LOW)
         y = make_friction_law('coulomb+viscous+stribeck+bias', truth, 0.0).torque(v)
@@ -188,7 +188,7 @@ def test_an_exponent_that_the_data_do_not_show_leaves_size_and_velocity_open(alp
 
 
 def test_standard_errors_are_the_spread_of_the_estimates(told_fits):
-    """100 sets know a spread to 7 %; delete-one errors from 40 clusters vary: within 20 %."""
+    """60 sets know a spread to 9 %; delete-one errors from 40 clusters vary: within 20 %."""
     for name in TRUTH:
         values = np.array([fit.parameters[name].value for fit in told_fits])
         errors = np.array([fit.parameters[name].std_error for fit in told_fits])
@@ -206,20 +206,20 @@ def test_intervals_hold_the_truth_as_often_as_they_say_without_stribeck(null_fit
 
 def test_stribeck_is_not_invented(null_fits):
     """Named by chance in at most 5 %: more would show once in 20 at exactly that rate."""
-    assert sum(fit.law == 'stribeck' for fit in null_fits) <= binom.ppf(0.95, SETS, 0.05)
+    assert sum(fit.law == 'stribeck' for fit in null_fits) <= binom.ppf(0.95, PLAIN, 0.05)
 
 
 def test_what_one_to_three_plateaus_say_is_hardly_ever_a_stribeck_term():
-    """Of 300 sets 1 in 100 at most; 12 with as many degrees of freedom as all plateaus have."""
+    """Of 120 sets 1 in 100 at most; 4 with as many degrees of freedom as all plateaus have."""
     truth, shown = {**TRUTH, 'stribeck': 0.0}, 0
     for slow in ([0.03], [0.03, -0.04], [0.02, -0.03, 0.04]):
         speeds = np.concatenate([plateaus(HIGH), plateaus(HIGH), slow])
-        for seed in range(100):
+        for seed in range(40):
             rng = np.random.default_rng(1000 + seed)
             y = law(speeds, truth) + normal(rng, len(speeds))
             fit = fit_law(speeds, y, np.arange(len(speeds)), 'Nm')
             shown += fit.drawn_law == 'stribeck'
-    assert shown <= 3
+    assert shown <= 1
 
 
 def test_what_is_said_of_absent_stribeck_is_that_it_is_not_identifiable(null_fits):
@@ -236,17 +236,17 @@ def test_what_is_said_of_absent_stribeck_is_that_it_is_not_identifiable(null_fit
 def test_noise_shared_within_a_plateau_does_not_count_as_many_measurements():
     """Ten pairs per plateau, 80 % of their variance in common."""
     truth = {**TRUTH, 'stribeck': 0.0}
-    fits = [fit_law(*data, 'Nm') for data in data_sets(HIGH, truth, normal, pairs=10, count=100)]
+    fits = [fit_law(*data, 'Nm') for data in data_sets(HIGH, truth, normal, pairs=10, count=50)]
     assert_covers(fits, truth, ('coulomb', 'viscous', 'bias'))
-    assert sum(fit.law == 'stribeck' for fit in fits) <= 9
+    assert sum(fit.law == 'stribeck' for fit in fits) <= binom.ppf(0.95, len(fits), 0.05)
 
 
 def test_heavy_tails_and_gross_errors_widen_the_intervals_but_do_not_move_them():
     truth = {**TRUTH, 'stribeck': 0.0}
-    data = list(data_sets(HIGH, truth, heavy, count=100))
+    data = list(data_sets(HIGH, truth, heavy, count=50))
     fits = [fit_law(*one, 'Nm') for one in data]
     assert_covers(fits, truth, ('coulomb', 'viscous', 'bias'))
-    assert sum(fit.law == 'stribeck' for fit in fits) <= 9
+    assert sum(fit.law == 'stribeck' for fit in fits) <= binom.ppf(0.95, len(fits), 0.05)
 
     def spread_of_least_squares(v, y, clusters):
         X = np.column_stack([np.sign(v), v, np.ones_like(v)])
@@ -258,7 +258,7 @@ def test_heavy_tails_and_gross_errors_widen_the_intervals_but_do_not_move_them()
 
 def test_stribeck_beyond_the_slowest_plateau_is_flagged_whether_named_or_not():
     """Plateaus from 4 v_s up (S e^-4 = 9 mNm in 10 mNm of noise): only S e^(-v/v_s) is known."""
-    fits = [fit_law(*data, 'Nm') for data in data_sets(HIGH, TRUTH, normal, count=60)]
+    fits = [fit_law(*data, 'Nm') for data in data_sets(HIGH, TRUTH, normal, count=40)]
     for fit in fits:
         for name in ('stribeck', 'stribeck_velocity'):
             assert NOT_IDENTIFIABLE in fit.parameters[name].flags
@@ -546,7 +546,7 @@ def test_a_broad_knee_is_within_the_errors_and_told():
     truth, speeds = {**TRUTH, 'stribeck_velocity': 0.08}, np.geomspace(0.01, 0.6, 20)
     fits = [
         fit_law(v, y + broad_excess(v, truth), clusters, 'Nm')
-        for v, y, clusters in data_sets(speeds, truth, fine, count=SETS // 4)
+        for v, y, clusters in data_sets(speeds, truth, fine, count=max(25, SETS // 4))
     ]
     for name in ('coulomb', 'viscous', 'stribeck'):
         held = sum(low <= truth[name] <= high for low, high in intervals(fits, name))
@@ -630,4 +630,4 @@ def test_a_law_that_is_true_bends_as_friction_does(stribeck_fits, null_fits):
     """In 1 % of the sets another is found by chance; more than that rate has once in 20."""
     for fits in (stribeck_fits, null_fits):
         told = sum(check.name == BEND for fit in fits for check in fit.checks)
-        assert told <= binom.ppf(0.95, SETS, 0.01)
+        assert told <= binom.ppf(0.95, len(fits), 0.01)
