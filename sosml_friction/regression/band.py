@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
-from scipy.signal import firwin
+from scipy.signal import firwin, kaiserord
 
 from sosml_friction.arrays import ColumnArray, Entry, FloatArray
 from sosml_friction.model.finite_differences import convolved
@@ -19,6 +19,9 @@ _OVERSAMPLING = 10.0 / 3.0
 #: Position is low-passed at this multiple of the band before anything non-linear is made of it:
 #: friction, its square and its sign have harmonics. Chosen, no measurement.
 _WIDER = 2.0
+#: Largest ripple of that low-pass [dB], 1e-4: position passes it and effort does not, and a
+#: model's equations may be wrong by the square of its tolerance, 1.2e-3.
+_RIPPLE_DB = 80.0
 #: Filtered samples of one matrix product. More of them share less of the samples they see, fewer
 #: are slower for their calls. Chosen, no measurement.
 _BLOCK = 16
@@ -39,7 +42,8 @@ class Band:
     @property
     def factor(self) -> int:
         """Return how many samples make one."""
-        return max(1, int(1.0 / (self.step * self.cutoff * _OVERSAMPLING)))
+        # A band of a tenth of the rate has three samples for one, whatever rounding makes of it.
+        return max(1, int(1.0 / (self.step * self.cutoff * _OVERSAMPLING) + 1e-6))
 
     @property
     def half(self) -> int:
@@ -95,24 +99,28 @@ class Band:
         return slice(first, (rows.stop - 1) * self.factor + 2 * self.half + 1)
 
     def smooth(self, x: FloatArray, wider: float = _WIDER) -> FloatArray:
-        """Return ``x`` (N, ...) low-passed at ``wider`` times the cut-off, (N, ...)."""
+        """
+        Return ``x`` (N, ...) low-passed at ``wider`` times the cut-off, (N, ...).
+
+        By a Kaiser window, flat up to half of that and stopping from one and a half times it on.
+        """
         cutoff = wider * self.cutoff
         if cutoff * self.step >= 0.4:
             return np.array(x)
-        half = max(1, round(2.0 / (cutoff * self.step)))
-        return convolved(x, _taps(cutoff, half, self.step))
+        return convolved(x, _smoother(cutoff, self.step))
 
 
 @lru_cache(maxsize=64)
-def _taps(cutoff: float, half: int, step: float) -> FloatArray:
-    """Return the 2 half + 1 weights of the low-pass."""
-    return np.asarray(firwin(2 * half + 1, cutoff, fs=1.0 / step))
+def _smoother(cutoff: float, step: float) -> FloatArray:
+    """Return the weights of the low-pass of position, an odd number."""
+    count, beta = kaiserord(_RIPPLE_DB, 2.0 * cutoff * step)
+    return np.asarray(firwin(count | 1, cutoff, window=('kaiser', beta), fs=1.0 / step))
 
 
 @lru_cache(maxsize=64)
 def _decimator(band: Band, outputs: int) -> FloatArray:
     """Return the matrix (outputs, samples) of the filter for consecutive outputs."""
-    taps = _taps(band.cutoff, band.half, band.step)
+    taps = firwin(2 * band.half + 1, band.cutoff, fs=1.0 / band.step)
     matrix = np.zeros((outputs, (outputs - 1) * band.factor + len(taps)))
     for k in range(outputs):
         matrix[k, k * band.factor : k * band.factor + len(taps)] = taps
