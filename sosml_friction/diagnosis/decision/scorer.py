@@ -78,7 +78,8 @@ class Scorer:
         amplitudes = int((s.amplitude != 0.0).sum())
         k = max(amplitudes + len(effect.refined), 1)
         price = float(k * np.log(rows) + 2.0 * np.log(grid))
-        told = not effect.at_reversals or (objection and not effect.reversals_alone)
+        told = not effect.at_reversals or effect.elsewhere_too
+        told = told or bool(objection and not effect.reversals_alone)
         if s.gain - price >= VERY_STRONG and told:
             # What is fast over position is in the band where a joint is slow: where it turns.
             clear = effect.axis == _POSITION and not objection

@@ -26,6 +26,8 @@ class JointElasticity(TransmissionTerm):
     inner: ClassVar[Mapping[str, str]] = {'stiffness': '{effort}/{length}'}
     refined: ClassVar[tuple[str, ...]] = ('stiffness',)
     inseparable: ClassVar[tuple[str, ...]] = ('backlash',)
+    # It gives wherever its load changes; what friction does as a joint turns around looks alike.
+    elsewhere_too: ClassVar[bool] = True
 
     def gear(self, joint: int, inner: Inner) -> Gear:
         """Return the gear."""

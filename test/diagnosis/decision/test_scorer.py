@@ -51,6 +51,10 @@ def test_what_is_beside_reversals_is_evidence_for_those_alone_that_act_there(
     assert beside < 10.0
     monkeypatch.setattr(Stribeck, 'at_reversals', True)
     assert (bic(np.where(far, 0.0, effect)) > 10.0) == (sign > 0.0)
+    # What acts everywhere else as well has to show there.
+    monkeypatch.setattr(Stribeck, 'elsewhere_too', True)
+    assert bic(np.where(far, 0.0, effect)) < 10.0
+    assert bic(effect) > 10.0
 
 
 def test_what_may_choose_among_more_points_has_a_higher_floor(laboratory):

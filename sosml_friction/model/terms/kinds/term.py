@@ -58,7 +58,8 @@ class Term(ABC):
     ``with_body``: inner parameters that are in proportion to the nominal body, and as wrong;
     ``size_known``: its numbers are right within their errors, not only that it is there;
     ``unspoken``: parameters that a sentence leaves out; ``at_reversals``: what shows it may be
-    beside reversals alone; ``reversals_alone``: it acts nowhere else.
+    beside reversals alone; ``reversals_alone``: it acts nowhere else; ``elsewhere_too``: it acts
+    at reversals and everywhere else, so that it has to show there.
 
     ``trusted_as``: the group of what it states, as of ``--trust``.
 
@@ -92,6 +93,7 @@ class Term(ABC):
     unspoken: ClassVar[tuple[str, ...]] = ()
     at_reversals: ClassVar[bool] = False
     reversals_alone: ClassVar[bool] = False
+    elsewhere_too: ClassVar[bool] = False
     trusted_as: ClassVar[str] = 'terms'
     stated: FloatArray | None = None
     stated_names: tuple[str, ...] = ()
