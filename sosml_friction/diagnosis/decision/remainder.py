@@ -120,7 +120,8 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     warming = {f.joint for f in accepted if f.effect.axis == TIME}
     own_axes = {(f.effect.free_axis, f.joint) for f in accepted if not f.effect.of_robot}
     found = []
-    for curve, (axis, friction), own in zip(curves, axes, result.energy, strict=True):
+    slow = [noise_where(hats, result.left[:, i]) for i, hats in curves]
+    for curve, (axis, friction), own, noise in zip(curves, axes, result.energy, slow, strict=True):
         i = curve[0]
         # The price of two parameters, as each curve that is seen has, and clear evidence.
         price = 2.0 * float(np.log(rows[i]))
@@ -134,6 +135,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
             # Neither is any friction of the nominal: of 300 recordings of two joints one other had
             # such a curve. The best of several joints is one by chance more often.
             floor = price + 2.0 * float(np.log(len(told))) if friction else floor
+        floor *= noise
         share = 1.0
         if i in acted:
             beside = named[i]
@@ -152,6 +154,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         own_curves = [x for x in found if x.joint == i]
         seen = sum(x.energy > 0.0 for x in own_curves)
         floor = max(ALL * energy[1][i], 2.0 * seen * float(np.log(rows[i])) + VERY_STRONG)
+        floor *= max(noise for (joint, _), noise in zip(curves, slow, strict=True) if joint == i)
         whole = all_together(own_curves, explained[i] * energy[1][i], floor, named[i])
         found += [] if whole is None else [whole]
     found += _tones(laboratory, result.left, told)
@@ -160,6 +163,21 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]
     return Remainder((*found, *instead), explained, float(named.sum()))
+
+
+def noise_where(hats: FloatArray, left: FloatArray) -> float:
+    """
+    Return the power of noise where a curve is, in that of all noise, at least 1.
+
+    The periodogram of what is left (rows,), in the mean over those of the hats (rows, h): a model
+    of few coefficients does not whiten what is slower than these reach, and slow noise, as curves
+    are slow, has more of its energy in them than white noise would.
+    """
+    own = np.sum(np.abs(np.fft.rfft(hats, axis=0)) ** 2, axis=1)
+    power = np.abs(np.fft.rfft(left)) ** 2
+    if not own.any() or not power.any():
+        return 1.0
+    return max(1.0, float(own @ power / own.sum() / power.mean()))
 
 
 def all_together(
