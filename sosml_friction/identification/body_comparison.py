@@ -74,9 +74,10 @@ class BodyComparison:
         unknown = model.unknown_armature
         bare = replace(model, effects=())
         settings = DiagnosisSettings(moving_only=True)
-        fit_with = partial(fit_terms, logs, settings=settings, step=step, without=_WITHOUT)
+        plain = partial(fit_terms, settings=settings, step=step, without=_WITHOUT)
+        first = partial(plain, model=bare, body_tolerance=tolerance, settled=False)
         try:
-            fit = fit_with(bare, FRICTION, body_tolerance=tolerance, settled=False)
+            fit = first(logs, terms=FRICTION)
         except DataError as error:
             if unknown:
                 raise DataError(
@@ -86,23 +87,33 @@ class BodyComparison:
             if not tolerance:
                 return cls()
             raise
-        late = None
-        if is_beyond(fit):
-            # Beyond an interval effort is as late as it is, which reads as viscous friction.
+        late, recorded = None, logs
+        if any(_rotors(fit).values()):
+            # Effort that is late is that of all inertia, the rotors' too.
+            fit = first(logs, terms=FRICTION, rotors=_rotors(fit))
+        # Beyond an interval effort is as late as it is, which reads as viscous friction. The
+        # column is the slope of a small delay: a large one is found in several rounds.
+        tried = {0}
+        while is_beyond(fit, late is not None):
             step('measuring how late effort is')
-            delayed = fit_with(bare, (*FRICTION, DELAY), body_tolerance=tolerance, settled=False)
-            late = LateEffort.of(delayed, logs)
-        if late is not None:
-            logs = [late.undone(log) for log in logs]
-            fit_with = partial(fit_terms, logs, settings=settings, step=step, without=_WITHOUT)
-            fit = fit_with(bare, FRICTION, body_tolerance=tolerance, settled=False)
+            delayed = first(logs, terms=(*FRICTION, DELAY), rotors=_rotors(fit))
+            more = LateEffort.of(delayed, logs, late.samples if late else 0)
+            if more is None or more.samples in tried:
+                break
+            late = more
+            tried.add(late.samples)
+            logs = [late.undone(log) for log in recorded]
+            fit = first(logs, terms=FRICTION, rotors=_rotors(delayed))
+        fit_with = partial(plain, logs, rotors=_rotors(fit))
         shown = [term for term in fit.terms if term.term not in NOMINAL and _is_shown(fit, term)]
         # What is said of a law is a name: it has to be worth the price of a parameter besides.
         price = float(np.log(fit.rows))
         loads = {
             term.joint: term.parameters[COEFFICIENT]
             for term in shown
-            if term.term == LOAD and _is_shown(fit, term, price)
+            if term.term == LOAD
+            and _is_shown(fit, term, price)
+            and not term.parameters[COEFFICIENT].may_be(0.0)
         }
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
@@ -120,6 +131,11 @@ class BodyComparison:
             last = fit_with(fitted, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
             body = body.with_friction_of(last)
         return cls(body, _timing(fit, logs, late), None, late, loads)
+
+
+def _rotors(fit: TermFit) -> dict[str, float]:
+    """Return the armatures that a fit found, of rotors that the model does not know."""
+    return {joint: p.value for joint, p in fit.armature.items()}
 
 
 def _timing(fit: TermFit, logs: Sequence[JointLog], late: LateEffort | None) -> EffortTiming:

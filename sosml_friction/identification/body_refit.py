@@ -83,16 +83,17 @@ class BodyRefit:
         for joint in fit.armature:
             # The model knows nothing of it, and of the body something: all inertia that no motion
             # tells from that of the body is the rotor's, as where the bodies are kept.
-            rotors[robot.names.index(joint)] = max(fit.refit[f'{joint} armature'], 0.0)
+            i = robot.names.index(joint)
+            rotors[i] = max(rotors[i] + fit.refit[f'{joint} armature'], 0.0)
         bodies, rotors, deviation = nearest_bodies(
             robot, nominal.rigid.tolist(), x, precision, rotors
         )
         for i, joint in enumerate(robot.names):
             if joint in fit.armature and fit.armature[joint].flags:
                 rotors[i] = fit.armature[joint].value
-        change = Change(
-            REFIT, bodies - robot.inertial_parameters(), rotors - np.array(robot.armature)
-        )
+        known = model.with_armature({'*': 0.0})
+        moved = rotors - np.array(known.make_robot().armature)
+        change = Change(REFIT, bodies - robot.inertial_parameters(), moved)
         deviations = {
             label: Parameter(float(value), unit, fit.refit_errors[nominal.names[k]])
             for (label, unit), value, k in zip(
@@ -100,7 +101,7 @@ class BodyRefit:
             )
             if label.removesuffix(' armature') not in fit.armature
         }
-        changed = with_changes(model.with_armature({'*': 0.0}), [change])
+        changed = with_changes(known, [change])
         refused = changed.refused.get(REFIT, '')
         armature = {
             joint: p if refused else _moved(p, float(rotors[robot.names.index(joint)]))

@@ -11,8 +11,7 @@ from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.regression.estimate import Estimate
-from sosml_friction.regression.evidence import Fit
-from sosml_friction.regression.nominal import BOUND_SIGMAS
+from sosml_friction.regression.evidence import UNIFORM, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
 
 _FITTED = 'fitted beside friction'
@@ -33,7 +32,8 @@ def fitted_armature(
         return {}
     robot, nominal = laboratory.robot, laboratory.nominal
     names = nominal.names
-    bodies = np.diag(robot.inertia(np.median(laboratory.signals[0].q, axis=0)))
+    whole = np.diag(robot.inertia(np.median(laboratory.signals[0].q, axis=0)))
+    bodies = whole - np.array(robot.armature)
     bound = found.fit.system.bound.copy()
     known = nominal.rigid_columns[np.isfinite(bound[nominal.rigid_columns])]
     bound[known] = 0.0
@@ -43,8 +43,9 @@ def fitted_armature(
         if joint not in laboratory.settings.unknown_armature:
             continue
         k = names.index(f'{joint} armature')
-        value, of_data = float(x[k]), float(found.errors[k])
-        error = float(np.hypot(of_data, tolerance / BOUND_SIGMAS * bodies[i]))
+        value, of_data = float(robot.armature[i] + x[k]), float(found.errors[k])
+        # The bodies' inertia is anywhere within its tolerance alike.
+        error = float(np.hypot(of_data, tolerance / np.sqrt(UNIFORM) * bodies[i]))
         unit = 'kg m2' if robot.effort_units[i] == 'Nm' else 'kg'
         low, high = max(value - Z_95 * error, 0.0), max(value + Z_95 * error, 0.0)
         told = Parameter(max(value, 0.0), unit, error, (low, high), reason=_FITTED)

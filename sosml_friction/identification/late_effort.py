@@ -16,6 +16,7 @@ from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.terms.effort_delay import LARGEST_S
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.regression.estimate import estimate
 from sosml_friction.regression.evidence import AT_BOUND
@@ -30,30 +31,35 @@ DELAY = 'effort_delay'
 
 @dataclass(frozen=True)
 class LateEffort:
-    """Hold by how much effort is late, with its standard error, and the time of samples [s]."""
+    """
+    Hold by how much effort is late, with its standard error, and the time of samples [s].
+
+    ``samples``: how many of them it is taken sooner for that.
+    """
 
     delay_s: float
     std_error: float
     step_s: float
+    samples: int
 
     @classmethod
-    def of(cls, fit: TermFit, logs: Sequence[JointLog]) -> LateEffort | None:
-        """Return what a fit with a delay found; None unless it shows one very strongly."""
+    def of(cls, fit: TermFit, logs: Sequence[JointLog], undone: int) -> LateEffort | None:
+        """
+        Return what a fit with a delay found; None unless it shows one very strongly.
+
+        :param undone: how many samples sooner the effort of ``logs`` was taken already.
+        """
         (term,) = (term for term in fit.terms if term.term == DELAY)
-        p = term.parameters['delay']
-        sure = p.value > 0.0 and p.value**2 > VERY_STRONG * p.std_error**2
+        p, step = term.parameters['delay'], float(np.median([log.step for log in logs]))
+        delay = undone * step + p.value
+        sure = 0.0 < delay <= LARGEST_S and p.value**2 > VERY_STRONG * p.std_error**2
         if not sure or term.objection:
             return None
-        return cls(p.value, p.std_error, float(np.median([log.step for log in logs])))
-
-    @property
-    def samples(self) -> int:
-        """Return how many samples late that is; what is left is within an interval."""
-        return max(1, round(self.delay_s / self.step_s))
+        return cls(delay, p.std_error, step, max(1, round(delay / step)))
 
     @property
     def left(self) -> EffortTiming:
-        """Return how late it is still when it is undone by whole samples, as the fit found it."""
+        """Return how late it is still when it is undone by whole samples, as fits found it."""
         return EffortTiming(self.delay_s - self.samples * self.step_s, self.std_error)
 
     def undone(self, log: JointLog) -> JointLog:
@@ -83,21 +89,25 @@ class LateEffort:
         )
 
 
-def is_beyond(fit: TermFit) -> bool:
+def is_beyond(fit: TermFit, early_too: bool) -> bool:
     """
-    Tell whether effort is later than between samples it can be.
+    Tell whether effort is later than between samples it can be, or earlier.
 
     It is as late as it can be, or the data alone show it very strongly: beside the prior that it
     is not, data of a slow motion or of noisy effort show nothing, as an interval may be much
     shorter than what they tell.
+
+    :param early_too: whether it may be early: of effort that was taken sooner.
     """
     laboratory = fit.laboratory
     k = laboratory.nominal.names.index(EFFORT_HOLD)
-    if fit.refit[EFFORT_HOLD] > AT_BOUND * laboratory.nominal.bound[k]:
+    delay, bound_s = fit.refit[EFFORT_HOLD], float(laboratory.nominal.bound[k])
+    if (abs(delay) if early_too else delay) > AT_BOUND * bound_s:
         return True
     bound, prior = laboratory.system.bound.copy(), laboratory.system.prior.copy()
     bound[k] = prior[k] = np.inf
     free = replace(laboratory, system=replace(laboratory.system, bound=bound, prior=prior))
     found = estimate(free, fit.estimate.placed)
     delay, error = float(found.fit.baseline.x[k]), float(found.errors[k])
-    return delay > laboratory.nominal.bound[k] and delay**2 > VERY_STRONG * error**2
+    beyond = (abs(delay) if early_too else delay) > bound_s
+    return beyond and delay**2 > VERY_STRONG * error**2

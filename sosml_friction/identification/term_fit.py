@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -241,6 +242,7 @@ def fit_terms(
     body_tolerance: float | None = None,
     settled: bool = True,
     without: Collection[str] = (),
+    rotors: Mapping[str, float] = MappingProxyType({}),
 ) -> TermFit:
     """
     Estimate the values of terms, with one covariance of all that is fitted.
@@ -256,12 +258,14 @@ def fit_terms(
         None for what the data say (:func:`~sosml_friction.regression.body_width.choose_width`).
     :param settled: whether inner parameters are searched beside one another once more.
     :param without: terms whose part of the effort is left in the noise.
+    :param rotors: by joint, the armature [kg m2 or kg] about which one that the model does not
+        know is fitted, instead of 0: how late an effort is changes as it does.
     :raises ConfigurationError: if a term is unknown or can act in none of its joints.
     :raises DataError: if a recording is too short, or lacks a joint.
     """
     unknown = model.unknown_armature
     settings = replace(settings or DiagnosisSettings(), unknown_armature=unknown)
-    model = model.with_armature({'*': 0.0})
+    model = model.with_armature({'*': 0.0, **rotors})
     robot = model.make_robot()
     wanted = parse_terms(terms, robot.names)
     step('preparing the recordings')

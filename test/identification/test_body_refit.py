@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from known_robots import recording, rigid_effort, sines
 
+from sosml_friction.api.fit import Fit
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.body_comparison import BodyComparison
@@ -100,6 +101,8 @@ def test_the_fit_of_a_log_uses_the_refitted_bodies_and_says_so(log):
     assert analysis.model.urdf == analysis.body.model.urdf
     (told,) = [f for f in analysis.data_checks.findings if f.check == 'rigid_body']
     assert 'refitted within' in told.sentence
+    # Who reads the summary alone learns it, too.
+    assert 'refitted within' in Fit(analysis).summary()
     for i, joint in enumerate(JOINTS):
         friction = analysis.model.joints[joint].friction
         assert friction.parameters['coulomb'].value == pytest.approx(bp.COULOMB[i], rel=0.05)
@@ -128,8 +131,8 @@ def test_rotors_that_nobody_stated_are_found_beside_friction(with_free_rotors):
         found = model.joints[joint].armature
         low, high = found.interval
         assert 0.0 <= low < shipped.joints[joint].armature.value < high
-        # As far as the bodies, within 3.5 %, let it, it is told.
-        assert high - low < 0.06 * shipped.make_robot().inertia(np.zeros(2))[i, i]
+        # As far as the bodies, anywhere within 3.5 % to both sides, let it, it is told.
+        assert high - low < 0.08 * shipped.make_robot().inertia(np.zeros(2))[i, i]
         assert found.flags == ()
         friction = model.joints[joint].friction.parameters
         assert friction['coulomb'].value == pytest.approx(bp.COULOMB[i], rel=0.03)

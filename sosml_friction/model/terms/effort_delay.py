@@ -13,6 +13,9 @@ from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
 
+#: Largest delay [s]: a loop with a longer one would be seen to be late. Chosen, no measurement.
+LARGEST_S = 0.05
+
 
 def effort_slope(signals: Recording) -> FloatArray:
     """
@@ -52,6 +55,6 @@ class EffortDelay(Term):
         """Return why such an amplitude is impossible, else ''."""
         if abs(self.change(fit)[0]) < 0.75 * fit.signals.band.step:
             return 'a delay within a sampling interval is where in it a sample is taken'
-        if abs(fit.amplitude[0]) > 0.05:
-            return 'a delay of over 50 ms would be seen'
+        if abs(fit.amplitude[0]) > LARGEST_S:
+            return f'a delay of over {1e3 * LARGEST_S:.0f} ms would be seen'
         return ''

@@ -11,6 +11,7 @@ import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import lost_share
+from sosml_friction.identification.body_refit import BodyRefit
 from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.law.law_checks import KNEE
 from sosml_friction.identification.law.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
@@ -136,6 +137,11 @@ def open_questions(view: JointView) -> list[str]:
         told = '; '.join(part for part in (reason, experiment) if part)
         result.append(f'{", ".join(symbols[name] for name in names)}{which}: {told}.')
     return result
+
+
+def body_sentences(body: BodyRefit | None) -> list[str]:
+    """Return which bodies and rotors were refitted, and why."""
+    return [f'{x[:1].upper()}{x[1:]}.' for x in body.sentences()] if body else []
 
 
 def answers(views: Sequence[JointView]) -> list[str]:

@@ -26,7 +26,13 @@ from sosml_friction.report.common.figure_files import write_figures
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit import results
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
-from sosml_friction.report.fit.findings import answers, caveats, shared_sentences, simulation_lines
+from sosml_friction.report.fit.findings import (
+    answers,
+    body_sentences,
+    caveats,
+    shared_sentences,
+    simulation_lines,
+)
 from sosml_friction.report.fit.inverse_view import inverse_table
 from sosml_friction.report.fit.joint_view import joint_views
 from sosml_friction.study.gain_proposal import parse_effort_hold
@@ -73,8 +79,7 @@ class FitOutcome:
     def blocks(self) -> Iterator[str | RenderableType]:
         """Return what is printed on stdout: sentences and tables."""
         known, truth = self.analysis, self.truth
-        body = next(iter(self.analyses.values())).body
-        bodies = [f'{x[:1].upper()}{x[1:]}.' for x in body.sentences()] if body else []
+        bodies = body_sentences(next(iter(self.analyses.values())).body)
         if isinstance(known, BagsAnalysis):
             yield from [*bags_answers(known), *bodies, bags_table(known, truth)]
         else:
