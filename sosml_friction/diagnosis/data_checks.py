@@ -12,7 +12,7 @@ from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import lost_share
 from sosml_friction.identification.data_checks import SHORTEST_S
-from sosml_friction.identification.data_finding import WARNING
+from sosml_friction.identification.data_finding import LEFT_OUT, WARNING
 from sosml_friction.identification.joint_checks import check_joint
 from sosml_friction.identification.joint_relations import Slopes
 from sosml_friction.model.robot import Robot
@@ -44,6 +44,7 @@ _KINDS = {
     'constant_effort': ('effort', 'bad'),
     'effort_unit': ('effort', 'bad'),
     'dissipation': ('effort', 'bad'),
+    'saturation': ('effort', 'bad'),
 }
 #: Number of means from which the standard error is taken: errors within each may be correlated.
 #: Chosen, no measurement.
@@ -172,8 +173,12 @@ def check_joints(log: JointLog, robot: Robot) -> list[Check]:
     slopes = Slopes.of(log)
     checks = []
     for i in range(robot.n):
-        for finding in check_joint(log, robot, i, slopes)[3]:
-            if finding.check in _KINDS:
+        found, _, _, findings = check_joint(log, robot, i, slopes)
+        for finding in findings:
+            if finding.check == 'saturation' and finding.level == LEFT_OUT:
+                # Holes at every peak would leave no stretch that is long enough.
+                checks.append(_limited(finding.joint, found.saturated))
+            elif finding.check in _KINDS:
                 kind, severity = _KINDS[finding.check]
                 if finding.level == WARNING:
                     severity = 'warning'
@@ -181,6 +186,16 @@ def check_joints(log: JointLog, robot: Robot) -> list[Check]:
                 joint = '*' if finding.check == 'position_unit' else finding.joint
                 checks.append(Check(kind, severity, joint, finding.sentence))
     return checks
+
+
+def _limited(name: str, share: float) -> Check:
+    """Return that the effort of a joint is no measurement for some of the time."""
+    sentence = (
+        f'the effort of {name} stays at its extreme in {100.0 * share:.2g} % of the samples: it '
+        'is limited there and no measurement, which a cause may stand for; move more slowly, with '
+        'less load, or raise the limit'
+    )
+    return Check('effort', 'warning', name, sentence, {'limited_share': share})
 
 
 def without_bad(log: JointLog, checks: Sequence[Check]) -> JointLog:

@@ -10,6 +10,7 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
 from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
+from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import not_shown
 from sosml_friction.diagnosis.extended_model.gain import Gain
@@ -99,8 +100,9 @@ def sentence_of(
         text = 'The model misses something that no cause of the catalogue explains'
         if told:
             text += f'; in part it looks like {told}'
+        where = _where_unknown(selection, names, units) or _refused(selection, names)
         return (
-            f'{text}. {_where_unknown(selection, names, units)}{_not_shown(causes)}{gains}'
+            f'{text}. {where}{_not_shown(causes)}{gains}'
             f'{_contradicted((*causes, *tolerated))}{end}'
         )
     if all(cause.effect in DATA_CAUSES for cause in causes):
@@ -189,13 +191,26 @@ def _told(causes: Sequence[Cause], names: Sequence[str]) -> str:
 def _gains(gain: Gain, names: tuple[str, ...], units: tuple[str, ...]) -> str:
     return '; '.join(
         f'{name}: effort error {gain.inverse_before[i]:.3g} -> {gain.inverse_after[i]:.3g} '
-        f'{units[i]} ({gain.relative_before[i]:.2f} -> {gain.relative_after[i]:.2f} %), position '
-        f'after {gain.horizon_s:g} s {1e3 * gain.forward_before[i]:.3g} -> '
-        f'{1e3 * gain.forward_after[i]:.3g} {"mrad" if units[i] == "Nm" else "mm"}'
-        f'{" (chance)" if gain.forward_by_chance[i] else ""}'
+        f'{units[i]} ({gain.relative_before[i]:.2f} -> {gain.relative_after[i]:.2f} %)'
+        f'{_forward(gain, i, "mrad" if units[i] == "Nm" else "mm")}'
         for i, name in enumerate(names)
         if np.isfinite(gain.relative_before[i])
     )
+
+
+def _forward(gain: Gain, i: int, unit: str) -> str:
+    """Return how far a simulation goes astray, after a comma; '' where none was made."""
+    both = gain.forward_before[i], gain.forward_after[i]
+    if np.isnan(both).any():
+        return ''
+    if np.isfinite(both).all():
+        before, after = (1e3 * x for x in both)
+        chance = ' (chance)' if gain.forward_by_chance[i] else ''
+        return f', position after {gain.horizon_s:g} s {before:.3g} -> {after:.3g} {unit}{chance}'
+    when = ' and '.join(
+        name for name, x in zip(('before', 'after'), both, strict=True) if np.isinf(x)
+    )
+    return f', a simulation of {gain.horizon_s:g} s runs away {when}'
 
 
 def _nothing(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
@@ -209,23 +224,38 @@ def _nothing(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
             f'{100 * best.score.cv_gain:.1f} % of the error, but with it {FORWARD_WORSE}.'
         )
     text = (
-        f'The refitted model explains the data: no {"other " if selection.accepted else ""}cause '
-        'removes more of the error than chance would'
+        f'no {"other " if selection.accepted else ""}cause removes more of the error than chance '
+        'would'
     )
     if best is not None:
         closest = 100 * best.score.cv_gain
         text += f' (closest: {words(best.effect.identifier)}, {closest:.1f} %)'
-    return f'{text}.{_noise(selection, gain, names)}'
-
-
-def _noise(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
-    """Return what is left of each joint, as a sentence with a blank before it."""
-    parts = [
-        f'{100.0 * share:.1f} % of the {relative:.2f} % of effort that is left in {name}'
+    left = [
+        (name, share, relative)
         for name, share, relative in zip(
             names, selection.remainder.explained, gain.relative_after, strict=False
         )
         if np.isfinite(relative)
+    ]
+    noisy = [x for x in left if x[2] > 100.0 * REST]
+    clear = [x for x in left if x not in noisy]
+    if noisy and not clear:
+        text = f'These data are too noisy to tell: {text}.'
+    else:
+        # A joint whose effort is noise for the larger part is not explained.
+        where = f' of {", ".join(name for name, *_ in clear)}' if noisy else ''
+        text = f'The refitted model explains the data{where}: {text}.'
+    if noisy:
+        parts = ', '.join(f'{relative:.0f} % of that of {name}' for name, _, relative in noisy)
+        text += f' Noise is the larger part of effort, {parts}: what is smaller does not show.'
+    return text + _noise(clear)
+
+
+def _noise(left: Sequence[tuple[str, float, float]]) -> str:
+    """Return what is left of each joint, as a sentence with a blank before it."""
+    parts = [
+        f'{100.0 * share:.1f} % of the {relative:.2f} % of effort that is left in {name}'
+        for name, share, relative in left
     ]
     if not parts:
         return ''
@@ -240,6 +270,20 @@ def _where_unknown(selection: Selection, names: tuple[str, ...], units: tuple[st
     most = [max((x for x in more if x.joint == i), key=_excess) for i in _joints(more)]
     found = [_along(x, names[x.joint], units[x.joint]) for x in most]
     return '; '.join(found) + '. ' if found else ''
+
+
+def _refused(selection: Selection, names: tuple[str, ...]) -> str:
+    """Return what only an impossible cause explains, as a sentence with a blank after it."""
+    best = selection.refused
+    if best is None:
+        return ''
+    effect, joint = best.reported(names)
+    where = 'all joints' if joint == ALL_JOINTS else joint
+    beside = ' beside reversals' if best.effect.reversals_alone else ''
+    return (
+        f'It acts in {where}{beside}: only {words(effect)} removes more of the error than chance '
+        f'would ({100 * best.score.cv_gain:.1f} %), and that is impossible, as {best.objection}. '
+    )
 
 
 def _joints(found: Sequence[Leftover]) -> list[int]:

@@ -152,10 +152,37 @@ def settle(
     return result
 
 
+def taken_up(system: System, columns: Sequence[CandidateColumns]) -> System:
+    """
+    Return a system without the free parameters whose column a term has as well.
+
+    Only the sum of both is known: the term has all of it, and the nominal none.
+    """
+    G, bound = system.total, system.bound
+    if np.isfinite(bound).all():
+        return system
+    for each in columns:
+        A, B = (x[:, 0].sum(axis=0) for x in (each.A, each.B))
+        same = _alike(G, A, B[: len(G)]).any(axis=1)
+        bound = np.where(same & np.isinf(bound), 0.0, bound)
+    return replace(system, bound=bound)
+
+
+def _alike(G: FloatArray, A: FloatArray, B: FloatArray) -> BoolArray:
+    """Return which columns are one (p, k), of the products G (p, p), A (k, k) and B (p, k)."""
+    a, b = (np.sqrt(np.maximum(np.diag(x), np.finfo(float).tiny)) for x in (G, A))
+    return np.asarray(np.abs(B) / a[:, None] / b > _SAME_COLUMN)
+
+
+def extended(laboratory: WhitenedRegression, columns: Sequence[CandidateColumns]) -> System:
+    """Return the system of a regression with the columns of terms."""
+    return taken_up(laboratory.system, columns).extended(columns)
+
+
 def equations_of(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> NormalEquations:
     """Return the normal equations of the nominal and the amplitudes of terms."""
     columns = [each.columns for each in placed]
-    return NormalEquations.make(laboratory.system, laboratory.target, columns)
+    return NormalEquations.make(taken_up(laboratory.system, columns), laboratory.target, columns)
 
 
 @dataclass(frozen=True)
@@ -194,11 +221,13 @@ class Linear:
                     owners.append((k, name, float(each.inner[name]), bounds[name]))
         stands_for = [
             each.term.axis != 'acceleration'
+            and (each.term.parameter_error or each.term.axis != 'body')
             for each in placed
             for _ in range(each.columns.C.shape[3])
         ]
-        columns = [*(each.columns for each in placed), *slopes]
-        equations = NormalEquations.make(laboratory.system, laboratory.target, columns)
+        own = [each.columns for each in placed]
+        system = taken_up(laboratory.system, own)
+        equations = NormalEquations.make(system, laboratory.target, [*own, *slopes])
         stands = np.array(stands_for, bool)
         return cls(laboratory, equations, len(x), tuple(slopes), stands, tuple(owners))
 
@@ -226,13 +255,14 @@ class Linear:
         Return the inverse of the curvature of the cost (m, m), and nominal parameters left out.
 
         A nominal parameter that a term stands for, with the same column, is no other parameter:
-        the term has all of its change. Not so of an inertia, whose regressor is differentiated
-        twice: the tolerance of the nominal one stays in its error.
+        the term has all of its change. Not so of a payload, which comes on top of a body that is
+        as unsure as before, nor of an inertia, whose regressor is differentiated twice: the
+        tolerance of the nominal one stays in its error, where it has one.
         """
         data, own, known = self.equations.G, len(self.laboratory.nominal.bound), self.known
-        size = np.sqrt(np.maximum(np.diag(data), np.finfo(float).tiny))
-        alike = np.abs(data[:own, own:known]) / size[:own, None] / size[own:known]
-        named = np.flatnonzero(((alike > _SAME_COLUMN) & self.stands_for).any(axis=1))
+        parts = data[:own, :own], data[own:known, own:known], data[:own, own:known]
+        stands_for = self.stands_for | np.isinf(self.laboratory.system.bound)[:, None]
+        named = np.flatnonzero((_alike(*parts) & stands_for).any(axis=1))
         return self._inverse(data, named, self.equations.penalty), named
 
     @staticmethod
@@ -336,8 +366,7 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     One covariance of deviations, amplitudes and inner parameters together, these by the slope of
     their columns times the amplitudes.
     """
-    system = laboratory.system.extended([each.columns for each in placed])
-    fit = Fit.make(system, laboratory.y)
+    fit = Fit.make(extended(laboratory, [each.columns for each in placed]), laboratory.y)
     linear = Linear.make(laboratory, placed, fit.baseline.x)
     variance, tolerance = linear.variances(fit)
     for each, part in with_amplitudes(placed, len(laboratory.nominal.bound)):
@@ -440,7 +469,7 @@ def place(
     ]
     placed: list[Placed] = []
     while left:
-        fit = Fit.make(laboratory.system.extended([each.columns for each in placed]), laboratory.y)
+        fit = Fit.make(extended(laboratory, [each.columns for each in placed]), laboratory.y)
         scores = [fit.score(columns) for _, columns in left]
         k = int(np.argmax([s.gain for s in scores]))
         candidate, _ = left.pop(k)

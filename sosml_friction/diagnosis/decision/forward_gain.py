@@ -120,8 +120,10 @@ class ForwardGain:
                 models = WindowModels([model for model, _ in parts], of)
                 with np.errstate(all='ignore'):
                     run = simulate_windows(models, signals, at[able], samples)
-                error = run.q - signals.q[at[able, None] + np.arange(samples)]
-                found[able] = np.nan_to_num(np.mean(error**2, axis=1), nan=np.inf)
+                    error = run.q - signals.q[at[able, None] + np.arange(samples)]
+                    square = np.mean(error**2, axis=1)
+                # What single precision cannot hold has run away; its square is a number still.
+                found[able] = np.where(square < np.finfo(np.float32).max, square, np.inf)
                 break
             parts = kept
         return found

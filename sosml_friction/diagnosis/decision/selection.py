@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.remainder import Remainder, remainder
+from sosml_friction.regression.estimate import extended
 from sosml_friction.regression.evidence import Baseline, Fit, System
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -18,8 +19,9 @@ class Selection:
 
     ``before``: the fit without causes; ``fit``: with the accepted ones. ``ranking``: the first
     round's candidates, best first; ``rejected``: the best that was not accepted, with the gates
-    it failed. ``remainder``: what is left beside the accepted that is not noise. ``laboratory``:
-    with the load of the bodies that were found, None where the nominal's is meant.
+    it failed. ``refused``: the best of the last round against which nothing speaks but that it is
+    impossible, None for none. ``remainder``: what is left beside the accepted that is not noise.
+    ``laboratory``: with the load of the bodies that were found, None where the nominal's is meant.
     """
 
     before: Baseline
@@ -27,6 +29,7 @@ class Selection:
     accepted: tuple[Finding, ...] = ()
     ranking: tuple[Finding, ...] = ()
     rejected: Finding | None = None
+    refused: Finding | None = None
     remainder: Remainder = field(default_factory=Remainder)
     laboratory: WhitenedRegression | None = None
 
@@ -47,7 +50,7 @@ class Selection:
     def refitted(self, laboratory: WhitenedRegression, accepted: Iterable[Finding]) -> 'Selection':
         """Return it with these causes accepted, fitted together."""
         accepted = tuple(accepted)
-        system = laboratory.system.extended([finding.columns for finding in accepted])
+        system = extended(laboratory, [finding.columns for finding in accepted])
         return replace(self, accepted=accepted, fit=Fit.make(system, laboratory.y))
 
     def with_remainder(self, laboratory: WhitenedRegression) -> 'Selection':

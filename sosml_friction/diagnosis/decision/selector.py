@@ -11,6 +11,7 @@ from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.carried_load import fitted_to_carried_load
@@ -83,6 +84,7 @@ class Selector:
             if self._enough(result.accepted):
                 return result
             top = self._refined(result.fit, found)
+            result = replace(result, refused=next(filter(_only_impossible, top), None))
             if not top:
                 return result
             of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
@@ -243,6 +245,12 @@ class Selector:
 def _of_nominal_friction(effect: Term) -> bool:
     """Tell whether a cause is Coulomb or viscous friction that is off."""
     return effect.of_law and effect.parameter_error and effect.stated is None
+
+
+def _only_impossible(finding: Finding) -> bool:
+    """Tell whether nothing else speaks against a candidate: it explains something, no chance."""
+    s = finding.score
+    return bool(finding.objection) and s.cv_gain - BEYOND_CHANCE * s.cv_se > finding.floor
 
 
 def impossible_energy(found: Sequence[Finding]) -> float:

@@ -31,7 +31,8 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     # A fault of the data leaves no residual: it does not explain one.
     if any(cause.effect not in FAULTS for cause in causes):
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
-    if selection.remainder.beyond_chance:
+    # What only an impossible cause explains is not explained.
+    if selection.remainder.beyond_chance or selection.refused is not None:
         return 'unknown_structure'
     return 'named' if causes else 'nothing_above_floor'
 

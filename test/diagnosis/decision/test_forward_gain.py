@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -13,10 +14,13 @@ from known_robots import SLIDER_MASS, recording, sines, slider_model
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse, reversal_term
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extended_model.extension import extended_model
+from sosml_friction.diagnosis.extended_model.gain import make_gain
+from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.terms.kinds.motion import Motion
+from sosml_friction.simulation.recorded.stretch import simulate_windows
 
 COULOMB, VISCOUS, SLIP = 20.0, 200.0, 5e-5
 #: Hidden: friction by direction [N s/m] and a force that repeats every 20 mm [N, rad/m].
@@ -92,6 +96,29 @@ def test_a_cause_of_another_sign_or_without_inertia_makes_it_worse(found, nomina
     gone, gone_folds = x.copy(), folds.copy()
     gone[index] = gone_folds[:, index] = -2.0 * SLIDER_MASS
     assert np.isinf(forward.squares(selection.accepted, gone, gone_folds)).all()
+
+
+@pytest.mark.parametrize('size', [1e153, 1e200])
+def test_a_simulation_that_runs_away_is_infinite_and_warns_of_nothing(
+    found, nominal, monkeypatch, size
+):
+    """The larger overflows as it is squared, the smaller as its square is."""
+    laboratory, selection = found.laboratory, found.selection
+    forward, fit = ForwardGain(laboratory, nominal), selection.before
+    before = forward.squares((), fit.x, fit.fold_x)
+    place = 'sosml_friction.diagnosis.decision.forward_gain.simulate_windows'
+    monkeypatch.setattr(
+        place, lambda *args: replace(run := simulate_windows(*args), q=size * run.q)
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        away = forward.squares((), fit.x, fit.fold_x)
+        assert np.isinf(away).all()
+        assert gets_worse(before, away, np.array([0]))
+        gain = make_gain(*np.ones((3, 4, 1)), before, away, 0.3, 'folds left out')
+    said = sentence_of('named', found.causes, gain, selection, ('slider',), ('N',))
+    assert 'a simulation of 0.3 s runs away after.' in said
+    assert 'inf' not in said
 
 
 def test_a_model_that_is_impossible_once_others_are_left_out_is_left_out_too(

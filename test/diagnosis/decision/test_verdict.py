@@ -4,14 +4,17 @@
 
 import numpy as np
 import pytest
+from known_robots import slider_model, slider_recording
 
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.leftover import Leftover
 from sosml_friction.diagnosis.decision.remainder import Remainder
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import verdict_of
+from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.wording import describe, sentence_of
+from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.parameter import Parameter
 
 
@@ -154,3 +157,42 @@ def test_a_deviation_within_its_tolerance_moves_a_size_no_further_than_to_its_bo
     tolerance = {'bias': (spread, most)}
     cause = Cause('effort_bias', 'elbow', {'bias': size}, {}, tried=40, by_tolerance=tolerance)
     assert verdict_of([cause], selection) == verdict
+
+
+@pytest.mark.parametrize(
+    ('left', 'explains', 'noisy'),
+    [
+        ((4.0, 30.0), ': no cause', ''),
+        ((60.0, 30.0), ' of knee: no cause', 'effort, 60 % of that of elbow:'),
+        ((60.0, 70.0), '', 'effort, 60 % of that of elbow, 70 % of that of knee:'),
+    ],
+)
+def test_of_effort_that_is_noise_for_the_larger_part_it_is_not_said_to_be_explained(
+    left, explains, noisy
+):
+    names, one = ('elbow', 'knee'), np.ones(2)
+    gain = Gain(one, one, one, np.array(left), one, one, 0.1 * one, 0.3, 'folds left out')
+    selection = Selection(None, None, remainder=Remainder((), np.array([0.01, 0.02])))
+    said = sentence_of('nothing_above_floor', [], gain, selection, names, ('Nm', 'Nm'))
+    assert ('These data are too noisy to tell: no cause' in said) != bool(explains)
+    assert (f'The refitted model explains the data{explains}' in said) == bool(explains)
+    assert ('Noise is the larger part of effort' in said) == bool(noisy)
+    assert noisy in said
+    for name, share in zip(names, left, strict=True):
+        assert (f'{share:.2f} % of effort that is left in {name}' in said) == (share <= 50.0)
+
+
+def test_what_only_an_impossible_cause_explains_is_not_explained():
+    """Friction turns around over 40 um; of a third over 0.5 mm no curve away from there tells."""
+
+    def found(share):
+        def sign(q, v):
+            return (1.0 - share) * dahl_path(q, 4e-5) + share * dahl_path(q, 5e-4)
+
+        return diagnose([slider_recording(sign=sign)], slider_model())
+
+    missing = found(0.33)
+    assert not missing.selection.remainder.beyond_chance
+    assert missing.verdict == 'unknown_structure'
+    assert 'It acts in slider beside reversals: only presliding hysteresis' in missing.sentence
+    assert found(0.0).verdict == 'nothing_above_floor'
