@@ -16,17 +16,23 @@ S and v_s are identifiable together or not at all.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from sosml_friction.identification.parameter_interval import NON_NEGATIVE
 from sosml_friction.model.laws import unit_of
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 
-#: Largest half width of an interval as a share of the value, at which it still leaves out 0; the
-#: torque that it stands for as a share of the friction level, and that of what may well be 0.
-SHARE, SHARE_OF_LEVEL, SHARE_OF_OFFSET = 1.0, 0.01, 1.0
+#: Torque that half of an interval may stand for, though it does not leave out 0, as a share of the
+#: friction level, and that of what may well be 0.
+SHARE_OF_LEVEL, SHARE_OF_OFFSET = 0.01, 1.0
 #: Largest ratio of the ends of the intervals of S and v_s.
 SPREAD = 3.0
+#: Parameters that a law is linear in, whatever its knee.
+LINEAR = ('coulomb', 'viscous', 'bias', 'viscous_asymmetry', 'stribeck_asymmetry')
+#: How a reason begins that is an interval.
+_ITS_INTERVAL = 'its 95 % interval is'
 
 
 @dataclass(frozen=True)
@@ -67,14 +73,48 @@ def reason_for(name: str, reach: DataReach, interval: tuple[float, float]) -> st
     half = 0.5 * (high - low)
     floor = SHARE_OF_LEVEL if name in ('coulomb', 'viscous') else SHARE_OF_OFFSET
     floor *= reach.level / (max(reach.fastest, 1e-300) if name.startswith('viscous') else 1.0)
-    allowed = max(SHARE * abs(reach.best.get(name, 0.0)), floor)
-    if half <= allowed:
+    if low > 0.0 or high < 0.0 or half <= floor:
         return ''
     unit = unit_of(name, reach.effort_unit)
-    text = f'its 95 % interval is {low:.3g} to {high:.3g} {unit}, which does not leave out 0'
+    low = max(low, 0.0) if name in NON_NEGATIVE else low
+    text = f'{_ITS_INTERVAL} {low:.3g} to {high:.3g} {unit}, which does not leave out 0'
     if name.startswith('viscous'):
         text += f', from speeds up to {reach.speed(reach.fastest)} only'
     return text
+
+
+def judged(name: str, found: Parameter, reach: DataReach | None) -> Parameter:
+    """
+    Return a parameter with what its interval makes of it.
+
+    No end is where the parameter cannot be. One that the law is linear in is not identifiable if
+    the interval says so, whatever widened it; one that was not stays so. S and v_s are told
+    together, by their profile.
+
+    :param reach: None where only the ends are to be looked at.
+    """
+    if found.interval is None:
+        return found
+    low, high = found.interval
+    if name in NON_NEGATIVE:
+        low, high = max(low, 0.0), max(high, 0.0)
+    cut = replace(found, interval=(low, high))
+    if reach is None or name not in LINEAR:
+        return cut
+    reason = reason_for(name, reach, found.interval)
+    if NOT_IDENTIFIABLE in found.flags:
+        old = found.reason
+        return replace(cut, reason=reason if old.startswith(_ITS_INTERVAL) and reason else old)
+    if not reason:
+        return cut
+    return replace(
+        cut,
+        value=np.nan,
+        std_error=np.nan,
+        flags=(*found.flags, NOT_IDENTIFIABLE),
+        reason=reason,
+        experiment=experiment_for(name, reach),
+    )
 
 
 def _velocity_reason(reach: DataReach, interval: tuple[float, float]) -> str:

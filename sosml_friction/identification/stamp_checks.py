@@ -19,8 +19,8 @@ _HOLE = 10.0
 _FEWEST = 100
 #: Stretches of the recording whose noise is one.
 _CLUSTERS = 50
-#: Standard errors by which the stamps must be wrong to be told. Chosen, no measurement.
-_SURE = 4.0
+#: Standard errors by which the stamps must be wrong to count. Chosen, no measurement.
+SURE = 4.0
 #: Time to either side over which velocity and change of effort are taken [s]: the noise of a
 #: position that a control loop answers would feign a relation of the two. Chosen, no measurement.
 _HALF_S = 0.01
@@ -63,9 +63,9 @@ def lateness(log: JointLog, column: int, period_s: float) -> tuple[float, float]
 
 def _moments(t: FloatArray, q: FloatArray, hole: float) -> tuple[float, float, float, float]:
     """Return sums of 1, (v e)^2, v e (v e - what q goes), e^2 over samples but those at holes."""
-    steps = np.diff(t)
-    v = (q[2:] - q[:-2]) / (t[2:] - t[:-2])
-    used = (np.maximum(steps[1:], steps[:-1]) < hole) & (v != 0.0)
+    steps, span = np.diff(t), t[2:] - t[:-2]
+    v = np.divide(q[2:] - q[:-2], span, out=np.zeros_like(span), where=span != 0.0)
+    used = (np.maximum(steps[1:], steps[:-1]) < hole) & (v != 0.0) & np.isfinite(v + q[1:-1])
     e = (t[1:-1] - 0.5 * (t[:-2] + t[2:]))[used]
     x = v[used] * e
     missed = x - (q[1:-1] - 0.5 * (q[:-2] + q[2:]))[used]
@@ -93,7 +93,7 @@ def check_stamps(log: JointLog, period_s: float) -> Iterator[DataFinding]:
     for i, name in enumerate(log.names):
         tau = log.tau[np.isfinite(log.tau[:, i]), i]
         late_s, sure = lateness(log, i, period_s)
-        if len(tau) < _FEWEST or sure < _SURE or late_s < _MISSED * period_s:
+        if len(tau) < _FEWEST or sure < SURE or late_s < _MISSED * period_s:
             continue
         slope, v = feigned_viscous(log, i, period_s)
         feigned = abs(slope) * late_s

@@ -23,6 +23,7 @@ from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.segments import Segment, unsure_sign
 from sosml_friction.identification.spline_test_functions import PIECES, SplineTestFunctions
+from sosml_friction.identification.stamp_checks import SURE, lateness
 from sosml_friction.identification.velocity_smoother import JointNoise, VelocitySmoother
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
@@ -135,7 +136,8 @@ class WeakForm:
         # A cubic needs more than four samples.
         self._half = _half_window(self._step)
         gain = np.linalg.norm(savgol_coeffs(2 * self._half + 1, _DEGREE, deriv=1)) / self._step
-        self._q_noise = [white_noise(q) for q in log.q.T]
+        v = self._velocity(log, maximum_gap_s)
+        self._q_noise = [self._position_noise(log, i, x) for i, x in enumerate(v.T)]
         self._v_noise = [float(gain) * noise for noise in self._q_noise]
         self._sampler = MomentumSampler(robot, effort_hold, 'message', maximum_gap_s)
         #: One standard error of the later sample's share.
@@ -148,7 +150,7 @@ class WeakForm:
         self._variance = np.full_like(log.q, np.nan)
         self._unsmoothed: WeakForm | None = None
         self._tests: list[SplineTestFunctions] = []
-        self._take(replace(log, v=self._velocity(log, maximum_gap_s)))
+        self._take(replace(log, v=v))
 
     def _take(self, log: JointLog) -> None:
         """Pose the regression with the velocities of ``log``."""
@@ -251,6 +253,15 @@ class WeakForm:
                 )
                 v[run] = rise / span[:, None]
         return v
+
+    def _position_noise(self, log: JointLog, i: int, v: FloatArray) -> float:
+        """Return the noise of positions at their stamps [rad or m], what these miss in it."""
+        encoder = white_noise(log.q[:, i])
+        late_s, sure = lateness(log, i, self._step)
+        known = v[np.isfinite(v)]
+        if sure < SURE or not len(known):
+            return encoder
+        return float(np.hypot(encoder, late_s * np.sqrt(np.mean(known**2))))
 
     def fit(self, i: int, smoothing_velocity: float | None = None) -> WeakFit:
         """

@@ -441,3 +441,20 @@ def test_speeds_of_whole_quanta_a_sample_do_not_cost_the_fit():
     smoothed = rough.with_laws([each.fit for each in fits]).fit(0).fit.parameters
     for name in ('coulomb', 'viscous'):
         assert smoothed[name].value == pytest.approx(fits[0].fit.parameters[name].value, rel=0.01)
+
+
+def test_stamps_that_miss_do_not_cost_the_fit_however_fine_the_encoder():
+    """Velocities followed stamps that are less sure than positions, and no row was left."""
+    step, robot = 0.005, slider()
+    speeds = np.repeat([0.1, -0.1, 0.2, -0.2, 0.4, -0.4, 0.6, -0.6, 1.2, -1.2], 400)
+    v = np.convolve(speeds, np.full(61, 1 / 61), mode='same')[:, None]
+    q = np.round(np.cumsum(v, axis=0) * step / 1e-7) * 1e-7
+    tau = MASS * np.gradient(v, step, axis=0) + COULOMB * np.sign(v) + 20.0 * v
+    missed = 0.1 * step * np.random.default_rng(0).standard_normal(len(v))
+    stamps = np.rint((np.arange(len(v)) * step + missed) * 1e9).astype(np.int64)
+    rough = WeakForm(JointLog(robot.names, stamps, q, np.full_like(q, np.nan), tau), robot)
+    fit = rough.fit(0).fit
+    smoothed = rough.with_laws([fit]).fit(0).fit
+    assert smoothed.pairs == fit.pairs
+    assert holds(smoothed.parameters['coulomb'], COULOMB)
+    assert holds(smoothed.parameters['viscous'], 20.0)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.identification.identifiability import DataReach, judged
 from sosml_friction.identification.law.law_checks import (
     LawCheck,
 )
@@ -48,7 +49,8 @@ class LawFit:
     of the estimates of ``covariance_of``, in their units, if none of ``others`` is true: laws that
     may be, each with its probability. What they move is in the errors of the parameters.
     ``profile`` is None without a Stribeck term; ``slowest`` [rad/s or m/s] is the least speed of
-    the data, ``extra`` the factors of the columns that the caller added.
+    the data, ``extra`` the factors of the columns that the caller added. ``reach``: what the data
+    cover, by which a parameter is identifiable or not; None where that is not judged.
     """
 
     law: str
@@ -67,7 +69,8 @@ class LawFit:
     profile: LawProfile | None = None
     slowest: float = float('nan')
     extra: tuple[Parameter, ...] = ()
-    others: tuple[tuple[FrictionLaw, float], ...] = ()
+    others: tuple[tuple[FrictionLaw, float], ...] = field(default=(), repr=False)
+    reach: DataReach | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return what is said of every law that was fitted."""
@@ -88,7 +91,8 @@ class LawFit:
         covariance = None if self.covariance is None else self.covariance.copy()
         for name, more in variance.items():
             if name in parameters:
-                parameters[name] = parameters[name].with_variance(more)
+                wide = parameters[name].with_variance(more)
+                parameters[name] = judged(name, wide, self.reach)
             if covariance is not None and name in self.covariance_of:
                 k = self.covariance_of.index(name)
                 covariance[k, k] += more

@@ -18,6 +18,7 @@ from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_slopes
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous, power_of_speed
+from sosml_friction.model.terms.viscous_asymmetry import ViscousAsymmetry
 from sosml_friction.regression.column_norms import COLLINEAR, column_norms, told_beside
 
 #: Parameters that friction has not below zero.
@@ -104,12 +105,27 @@ class LawProblem:
 
     def bent(self, power: float) -> LawProblem:
         """Return the problem with nonlinear viscous friction of a power of speed besides."""
+        (name,) = NonlinearViscous.amplitudes
+        return self._with(name, np.sign(self.v) * power_of_speed(self.v, power))
+
+    def asymmetric(self) -> LawProblem:
+        """Return the problem of a symmetric law with viscous friction that does differ."""
+        (name,) = ViscousAsymmetry.amplitudes
+        return self._with(name, self.speed)
+
+    def beside(self, effort: FloatArray) -> LawProblem:
+        """Return the problem of what is left beside an effort at all velocities."""
         result = copy(self)
-        result.base = (*self.base, *NonlinearViscous.amplitudes)
+        result.y = self.y - self.made(effort)
+        return result
+
+    def _with(self, name: str, column: FloatArray) -> LawProblem:
+        """Return the problem with one more column, at all velocities."""
+        result = copy(self)
+        result.base = (*self.base, name)
         result._forget()
         result._spanned = None
-        column = self.made(np.sign(self.v) * power_of_speed(self.v, power))
-        result._constant = np.column_stack([self._constant, column])
+        result._constant = np.column_stack([self._constant, self.made(column)])
         return result
 
     def span(self, laws: Sequence[tuple[float, float, float]], slowest: float) -> None:

@@ -8,9 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from sosml_friction.identification.identifiability import (
+    LINEAR,
     SPREAD,
     DataReach,
     experiment_for,
+    judged,
     reason_for,
 )
 from sosml_friction.identification.law.jackknife import t_95
@@ -18,7 +20,7 @@ from sosml_friction.identification.law.law_checks import dissipation_check, even
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
 from sosml_friction.identification.law.law_problem import EXPONENT, NON_NEGATIVE
 from sosml_friction.identification.law.law_profile import LawProfile, about_best
-from sosml_friction.identification.law.law_search import HIDDEN, LawSearch, within
+from sosml_friction.identification.law.law_search import LawSearch, within
 from sosml_friction.identification.law.other_laws import OtherLaws
 from sosml_friction.identification.parameter_interval import AT_ZERO
 from sosml_friction.model.laws import unit_of
@@ -127,7 +129,9 @@ class LawSummary:
             if self.shown:
                 for name in ('coulomb', 'viscous'):
                     parameters[name] = self._along(name, parameters[name], self.profile)
-            derived[STRIBECK_AT_SLOWEST] = self._at_slowest(self.profile)
+            extra_friction = self._at_slowest(self.profile)
+            if extra_friction.interval is not None and np.isfinite(extra_friction.interval[1]):
+                derived[STRIBECK_AT_SLOWEST] = extra_friction
         if not self.form.symmetric:
             derived.update(self._by_direction(identified))
         checked = {n: (best[n], parameters[n].interval) for n in best if n in parameters}
@@ -150,16 +154,14 @@ class LawSummary:
             profile=self.profile,
             extra=extra,
             others=tuple(self.others.curves),
+            reach=self.reach,
         )
 
     def _beside_others(self, name: str, found: Parameter) -> Parameter:
-        """Return a parameter as unsure as other laws make it; a range holds in any of them."""
-        if not np.isfinite(found.value):
-            return found
-        wide = found.with_variance(self.others.variance(name))
-        if AT_BOUND in found.flags and wide.interval is not None:
-            return replace(wide, interval=(0.0, wide.interval[1]))
-        return wide
+        """Return a parameter as unsure as other laws make it; a knee's range holds in any."""
+        if name in LINEAR or np.isfinite(found.value):
+            found = found.with_variance(self.others.variance(name))
+        return judged(name, found, self.reach)
 
     def _linear(self, name: str) -> Parameter:
         """Return a parameter that the law is linear in."""
@@ -169,28 +171,16 @@ class LawSummary:
             # Free to move, it would go below zero: how far up it may be all the same.
             free = self.problem.free_step(self.solution, self.found, name)
             high = max(free + quantile * float(np.sqrt(self.C[name, name])), 0.0)
-            reason = reason_for(name, reach, (0.0, high))
-            if name == 'coulomb' and self.solution.v_s is not None:
-                # All of the level at standstill may be Coulomb friction as well as S, and what
-                # viscous friction makes of it below the data.
-                viscous = self.best['viscous'] * self.search.slowest
-                high = max(high, self.problem.stribeck_at(self.solution) + viscous)
-                reason = _NO_COULOMB
-            return Parameter(
-                np.nan if reason else 0.0,
-                unit,
-                interval=(0.0, high),
-                flags=(AT_BOUND, NOT_IDENTIFIABLE) if reason else (AT_BOUND,),
-                reason=reason or AT_ZERO,
-                experiment=experiment_for(name, reach) if reason else '',
-            )
-        error = float(np.sqrt(self.C[name, name]))
-        low, high = value - quantile * error, value + quantile * error
-        reason = '' if name in self.problem.extra else reason_for(name, reach, (low, high))
-        if reason:
-            low = max(low, 0.0) if name in NON_NEGATIVE else low
-            return Parameter.not_told(unit, reason, (low, high), experiment_for(name, reach))
-        return Parameter.estimated(value, unit, error, quantile)
+            if name != 'coulomb' or self.solution.v_s is None:
+                return Parameter(0.0, unit, np.nan, (0.0, high), (AT_BOUND,), AT_ZERO)
+            # All of the level at standstill may be Coulomb friction as well as S, and what
+            # viscous friction makes of it below the data.
+            viscous = self.best['viscous'] * self.search.slowest
+            high = max(high, self.problem.stribeck_at(self.solution) + viscous)
+            experiment = experiment_for(name, reach)
+            none = Parameter.not_told(unit, _NO_COULOMB, (0.0, high), experiment)
+            return replace(none, flags=(AT_BOUND, NOT_IDENTIFIABLE))
+        return Parameter.estimated(value, unit, float(np.sqrt(self.C[name, name])), quantile)
 
     def _along(self, name: str, found: Parameter, profile: LawProfile) -> Parameter:
         """
@@ -212,16 +202,8 @@ class LawSummary:
             half = quantile * float(np.sqrt(C[name, name])) * room
             ends.append((value - half, value + half))
         interval = (max(min(low for low, _ in ends), 0.0), max(high for _, high in ends))
-        reason = reason_for(name, self.reach, interval)
-        if reason or NOT_IDENTIFIABLE in found.flags:
-            return Parameter(
-                np.nan,
-                found.unit,
-                interval=interval,
-                flags=(*(f for f in found.flags if f == AT_BOUND), NOT_IDENTIFIABLE),
-                reason=found.reason or reason,
-                experiment=experiment_for(name, self.reach),
-            )
+        if NOT_IDENTIFIABLE in found.flags:
+            return replace(found, interval=interval)
         error = max(found.std_error, 0.5 * (interval[1] - interval[0]) / quantile)
         return replace(found, std_error=error, interval=interval)
 
@@ -240,12 +222,7 @@ class LawSummary:
             wide = profile.velocity_interval(_SURE**2)
             if not (wide[0] > 0.0 and wide[1] <= SPREAD**_SURE * wide[0]):
                 reason = reason_for('stribeck_velocity', reach, wide)
-        if shown and best['coulomb'] <= 0.0:
-            reason = _NO_COULOMB
-        if EXPONENT in best and not within(best[EXPONENT], EXPONENTS):
-            reason = _NO_EXPONENT
-        if shown and self.solution.v0 >= best['stribeck_velocity']:
-            reason = _NO_SIGN
+        reason = self._no_knee() or reason
         if shown and not reason:
             error = float(np.sqrt(C['stribeck', 'stribeck']))
             half = self.quantile['stribeck'] * error
@@ -272,11 +249,9 @@ class LawSummary:
                     )
                 return knee, True
         # What may fade below the slowest speed may be anything at standstill: no data reach there.
-        reaches = v_s[0] >= self.search.slowest
+        # And nothing is known of it where what bends is no such term.
+        reaches = v_s[0] >= self.search.slowest and not self._no_knee()
         low, high = profile.stribeck_interval() if reaches else (0.0, np.inf)
-        # C + S is the level at standstill, and C not negative.
-        if not shown:
-            low, high = 0.0, self._largest_hidden(profile)
         ranges = {'stribeck': (low, high), 'stribeck_velocity': v_s if shown else None}
         experiment = experiment_for('stribeck', reach)
         knee = {n: Parameter.not_told(units[n], reason, ranges[n], experiment) for n in units}
@@ -286,16 +261,26 @@ class LawSummary:
             knee['stribeck'] = replace(knee['stribeck'], flags=(NOT_IDENTIFIABLE, AT_BOUND))
         return knee, False
 
+    def _no_knee(self) -> str:
+        """Return why the best fit is none of a Stribeck term as friction has it, '' if it may."""
+        if not self.shown:
+            return ''
+        if self.solution.v0 >= self.best['stribeck_velocity']:
+            return _NO_SIGN
+        if EXPONENT in self.best and not within(self.best[EXPONENT], EXPONENTS):
+            return _NO_EXPONENT
+        return _NO_COULOMB if self.best['coulomb'] <= 0.0 else ''
+
     def _at_slowest(self, profile: LawProfile) -> Parameter:
         """Return the extra friction at the slowest speed of the data."""
         slowest = self.search.slowest
         low, high = profile.stribeck_interval(slowest)
         value = np.nan
-        if self.shown:
+        if self.shown and not self._no_knee():
             left = fade(np.asarray(slowest), self.best['stribeck_velocity'], self.solution.alpha)
             value = self.best['stribeck'] * float(left)
         else:
-            # No S at all is what the test did not refuse.
+            # No S at all is what the test did not refuse, or what bends is none.
             low = 0.0
         return Parameter(
             value if low > 0.0 else np.nan,
@@ -303,14 +288,6 @@ class LawSummary:
             interval=(low, high),
             flags=() if low > 0.0 else (NOT_IDENTIFIABLE,),
         )
-
-    def _largest_hidden(self, profile: LawProfile) -> float:
-        """Return the largest S that may hide, for v_s from a third of the slowest speed up."""
-        least = self.search.slowest / HIDDEN
-        within = np.isfinite(profile.half) & (profile.stribeck_velocity >= least)
-        if not within.any():
-            return 0.0
-        return float(max(np.max((profile.stribeck + profile.half)[within]), 0.0))
 
     def _by_direction(self, identified: bool) -> dict[str, Parameter]:
         """Return the friction of each direction, of a law that tells them apart."""

@@ -13,12 +13,16 @@ from sosml_friction.identification.law.law_problem import EXPONENT, LawSolution
 from sosml_friction.identification.law.law_search import LawSearch
 from sosml_friction.model.laws import FrictionLaw, law_definition, law_of
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous
+from sosml_friction.model.terms.viscous_asymmetry import ViscousAsymmetry
+from sosml_friction.regression.rival import rival_probability
 
 #: A law that is as probable as this is told.
 _TOLD = 0.95
 #: Variance of what is anywhere between two laws alike, in squares of their difference, on both
 #: sides of one of them.
 _BETWEEN = 1.0 / 3.0
+#: What a law may have beside its terms.
+_BESIDE = (NonlinearViscous.identifier, ViscousAsymmetry.identifier)
 #: Speeds at which two laws are compared.
 _COMPARED = 100
 
@@ -28,7 +32,8 @@ class OtherLaws:
     Ask which laws explain more than a named one, or may be as true, and what they change.
 
     Those are what fits better by less than what shows it, the broad knee with its probability, and
-    the nearest of them with one power of speed, where the data show one.
+    the nearest of them with one power of speed, where the data show one, and viscous friction that
+    differs by direction, with its probability.
 
     ``curves``: each with its probability; ``checks``: what is to be said; ``moved``: by how much
     parameters differ from those of the named law, each law's times the root of its probability.
@@ -52,6 +57,8 @@ class OtherLaws:
                 nearest = law
                 self.checks.append(knee_check(values, effort_unit))
         self._add_bent(nearest, effort_unit)
+        if self.problem.form.symmetric:
+            self._add_asymmetric()
 
     def variance(self, name: str) -> float:
         """Return what the laws add to the variance of a parameter: the sum of p d^2."""
@@ -82,6 +89,28 @@ class OtherLaws:
         if check is not None:
             self.checks.append(check)
 
+    def _add_asymmetric(self) -> None:
+        """
+        Add the law with viscous friction B + D forwards and B - D backwards.
+
+        D |v| is a bias where speeds are much the same. Friction is not negative either way: D is
+        as likely 0 as anywhere from -B to B. With its error that makes a probability and a D^2.
+        """
+        law, (name,) = self.named, ViscousAsymmetry.amplitudes
+        free = self.problem.asymmetric()
+        best = free.solve(law.v_s, law.v0, law.alpha, law.weights)
+        C, values = free.covariance(best, self.search.found(law)), free.values_of(best)
+        own, size = C[name, name], values[name]
+        before = _BETWEEN * (values['viscous'] ** 2 + C['viscous', 'viscous'])
+        if not (own > 0.0 and before > 0.0):
+            return
+        share = before / (before + own)
+        excess = float(np.log1p(before / own)) - share * size**2 / own
+        size = float(np.copysign(np.sqrt((share * size) ** 2 + share * own), size))
+        rest = self.problem.beside(size * self.problem.speed)
+        other = rest.solve(law.v_s, law.v0, law.alpha, law.weights)
+        self._add(other, {**rest.values_of(other), name: size}, rival_probability(excess))
+
     def _add(self, law: LawSolution, values: Mapping[str, float], probability: float) -> None:
         named, root = self.problem.values_of(self.named), float(np.sqrt(probability))
         self.curves.append((self._curve(law, values), probability))
@@ -100,7 +129,7 @@ class OtherLaws:
         alpha = form.usual if broad else law.alpha
         known = {EXPONENT: alpha, **values}
         terms = law_definition(form.identifier(None if law.v_s is None else alpha)).terms
-        bend = NonlinearViscous.identifier
-        definition = law_of([*terms, *([bend] if bend in values else [])], known)
+        more = [term for term in _BESIDE if term in values and term not in terms]
+        definition = law_of([*terms, *more], known)
         curve = FrictionLaw(definition, {n: known[n] for n in definition.parameter_names}, law.v0)
         return curve.rival() if broad else curve
