@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.fft import next_fast_len, rfft
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
@@ -174,8 +175,9 @@ def noise_where(hats: FloatArray, left: FloatArray) -> float:
     of few coefficients does not whiten what is slower than these reach, and slow noise, as curves
     are slow, has more of its energy in them than white noise would.
     """
-    own = np.sum(np.abs(np.fft.rfft(hats, axis=0)) ** 2, axis=1)
-    power = np.abs(np.fft.rfft(left)) ** 2
+    length = next_fast_len(len(left), real=True)
+    own = np.sum(np.abs(rfft(hats, length, axis=0)) ** 2, axis=1)
+    power = np.abs(rfft(left, length)) ** 2
     if not own.any() or not power.any():
         return 1.0
     return max(1.0, float(own @ power / own.sum() / power.mean()))
