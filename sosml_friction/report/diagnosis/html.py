@@ -54,7 +54,7 @@ _BADGES = {
     'named': ('found', 'Cause named'),
     'ambiguous': ('open', 'These data leave a choice of causes'),
     'unknown_structure': ('open', 'Something is missing that no cause of the catalogue explains'),
-    'nothing_above_floor': ('good', 'The model explains the data'),
+    'nothing_above_floor': ('good', 'Nothing is missing beyond noise'),
     'bad_data': ('bad', 'The data are too bad to tell'),
 }
 
