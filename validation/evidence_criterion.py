@@ -35,16 +35,17 @@ from unittest.mock import patch
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis import search
 from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.remainder import free_curves
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.sliding import sliding
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.regression.curves.elsewhere import Elsewhere
-from sosml_friction.regression.evidence import UNIFORM, Fit, solve_bounded
-from sosml_friction.regression.structure import HATS
+from sosml_friction.regression.evidence import AT_BOUND, UNIFORM, Fit, joined, solve_bounded
+from sosml_friction.regression.evidence_curves import EXPONENT, LEAST, standard
 from sosml_friction.regression.whitened import WhitenedRegression
 from sosml_friction.report.common.table import print_table, terminal_table
 from validation.judge import judge, match
@@ -56,16 +57,12 @@ KINDS = ('single', 'null', 'outside', 'double')
 ODDS, TEMPERATURE = math.log(0.01 / 0.99), 2.0
 #: Standard deviation of an effect, as a share of the effort of its joint.
 SHARE = 0.3
-#: Prior tau^-EXPONENT of the size of a curve, from LEAST on, and over how many hats it is smooth.
-EXPONENT, LEAST, SMOOTH = 4.0, 0.03, 2.0
 #: Models that are extended at once, by so many candidates each, up to so many causes.
 BEAM, TRIED, MOST = 3, 8, 5
 #: A model so much behind the best one before is extended, too [nats].
 BEHIND = 5.0
 #: Sizes of curves are settled at such a change of their logarithm, or after so many rounds.
 SETTLED, ROUNDS = 0.05, 40
-#: A deviation this close to its bound, as a share, is at it.
-AT_BOUND = 0.999
 #: Probability that the answer and its rivals have together.
 COVERED = 0.95
 #: Ends of the bins of the reliability table.
@@ -82,7 +79,8 @@ class ModelEvidence:
         p = len(laboratory.nominal.bound)
         ends = p + np.cumsum([0, *(hats.shape[1] for _, hats in self._hats)])
         self._parts = [np.arange(a, b) for a, b in itertools.pairwise(ends)]
-        fixed = self._of_curves(laboratory.system.Z)
+        Z = laboratory.system.Z
+        fixed = np.pad(Z, ((0, 0), (0, 0), (0, ends[-1] - p)))
         for (joint, hats), part in zip(self._hats, self._parts, strict=True):
             fixed[:, joint, part] = hats
         self._fixed = fixed.reshape(-1, fixed.shape[2])
@@ -92,31 +90,15 @@ class ModelEvidence:
         self._prior = laboratory.system.prior_weight() / UNIFORM + free
         self._effort = np.sqrt(np.nanmean(laboratory.measured() ** 2, axis=0))
 
-    def _of_curves(self, Z: FloatArray) -> FloatArray:
-        """Return the nominal columns, with empty ones for all curves behind them."""
-        return np.pad(Z, ((0, 0), (0, 0), (0, sum(hats.shape[1] for _, hats in self._hats))))
-
-    def _curves(self, far: np.ndarray) -> list[tuple[int, FloatArray]]:
+    def _curves(self, far: BoolArray) -> list[tuple[int, FloatArray]]:
         """Return joint and hats of each curve, of size 1 and independent, away from reversals."""
-        k = np.arange(HATS)
-        kernel = np.exp(-0.5 * ((k - k[:, None]) / SMOOTH) ** 2) + 1e-6 * np.eye(HATS)
-        root = np.linalg.cholesky(kernel)
-        elsewhere, found = Elsewhere(self.laboratory.signals), []
-        for i in range(self.laboratory.robot.n):
-            if not self.laboratory.known[i] or not far[:, i].any():
-                continue
-            own, others = (
-                self.laboratory.structure_columns[i],
-                self.laboratory.single(elsewhere, i, {}),
-            )
-            for columns in (own, others):
-                (at,) = np.flatnonzero(columns.rows == i)
-                all_hats = columns.C[:, at].reshape(len(columns.C), -1) * far[:, i, None]
-                for first in range(0, all_hats.shape[1], HATS):
-                    hats = all_hats[:, first : first + HATS] @ root
-                    energy = max(float(np.sum(hats**2)), np.finfo(float).tiny)
-                    seen = np.count_nonzero(hats.any(axis=1))
-                    found.append((i, hats * np.sqrt(seen / energy)))
+        joints = np.flatnonzero((self.laboratory.known > 0.0) & far.any(axis=0)).tolist()
+        elsewhere = Elsewhere(self.laboratory.signals)
+        found = []
+        for i in joints:
+            for hats in free_curves(self.laboratory, elsewhere, i):
+                seen = hats * far[:, i, None]
+                found.append((i, seen @ standard(seen.T @ seen, int(seen.any(axis=1).sum()))))
         return found
 
     def _amplitudes(self, finding: Finding) -> FloatArray:
@@ -130,13 +112,10 @@ class ModelEvidence:
     def of(self, model: Sequence[Finding]) -> float:
         """Return the evidence of a model, the sizes of curves at their best."""
         p, first = len(self._prior), len(self._r)
-        wide = np.zeros((*self.laboratory.y.shape, sum(f.columns.C.shape[3] for f in model)))
-        at = 0
-        for f in model:
-            k = f.columns.C.shape[3]
-            wide[:, f.columns.rows, at : at + k] = f.columns.C[:, :, 0]
-            at += k
-        own = wide.reshape(len(self._y), wide.shape[2])
+        own = np.zeros((len(self._y), 0))
+        if model:
+            n = self.laboratory.robot.n
+            own = joined([f.columns for f in model], n).reshape(len(self._y), -1)
         cross = self._fixed.T @ own
         G = np.block([[self._G, cross], [cross.T, own.T @ own]])
         r = np.concatenate([self._r, own.T @ self._y])

@@ -255,7 +255,7 @@ class WeakForm:
         return v
 
     def _position_noise(self, log: JointLog, i: int, v: FloatArray) -> float:
-        """Return the noise of positions at their stamps [rad or m], what these miss in it."""
+        """Return the noise of positions [rad or m]: the encoder's, and motion in wrong stamps."""
         encoder = white_noise(log.q[:, i])
         late_s, sure = lateness(log, i, self._step)
         known = v[np.isfinite(v)]

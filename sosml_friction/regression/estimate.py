@@ -174,7 +174,7 @@ def _alike(G: FloatArray, A: FloatArray, B: FloatArray) -> BoolArray:
     return np.asarray(np.abs(B) / a[:, None] / b > _SAME_COLUMN)
 
 
-def extended(laboratory: WhitenedRegression, columns: Sequence[CandidateColumns]) -> System:
+def system_with(laboratory: WhitenedRegression, columns: Sequence[CandidateColumns]) -> System:
     """Return the system of a regression with the columns of terms."""
     return taken_up(laboratory.system, columns).extended(columns)
 
@@ -366,7 +366,7 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     One covariance of deviations, amplitudes and inner parameters together, these by the slope of
     their columns times the amplitudes.
     """
-    fit = Fit.make(extended(laboratory, [each.columns for each in placed]), laboratory.y)
+    fit = Fit.make(system_with(laboratory, [each.columns for each in placed]), laboratory.y)
     linear = Linear.make(laboratory, placed, fit.baseline.x)
     variance, tolerance = linear.variances(fit)
     for each, part in with_amplitudes(placed, len(laboratory.nominal.bound)):
@@ -469,7 +469,7 @@ def place(
     ]
     placed: list[Placed] = []
     while left:
-        fit = Fit.make(extended(laboratory, [each.columns for each in placed]), laboratory.y)
+        fit = Fit.make(system_with(laboratory, [each.columns for each in placed]), laboratory.y)
         scores = [fit.score(columns) for _, columns in left]
         k = int(np.argmax([s.gain for s in scores]))
         candidate, _ = left.pop(k)

@@ -16,9 +16,9 @@ from sosml_friction.regression.evidence import AT_BOUND, UNIFORM, Fit
 _SMOOTH = 2.0
 #: Exponent of the prior of a curve's size tau, p ~ tau^-4: the explicit "none of these" swallows
 #: what has a name where it is weaker (study of 127 recordings).
-_EXPONENT = 4.0
+EXPONENT = 4.0
 #: Smallest size of a curve, as a share of the noise: of 1e4 rows it is worth 5 nats, as chance.
-_LEAST = 0.03
+LEAST = 0.03
 #: When sizes are settled, as a change of their logarithm, and the most rounds until then.
 _SETTLED, _MOST_ROUNDS = 0.02, 60
 #: Added to the diagonal of the kernel, which is near singular, as a share of it: rounding.
@@ -67,7 +67,7 @@ def fit_curves(
     G, r = _normal(system.Z, free, curves, told, target)
     to_hats = []
     for (joint, hats), part in zip(curves, parts, strict=True):
-        to_hats.append(_standard(G[np.ix_(part, part)], int(hats[told[:, joint]].any(1).sum())))
+        to_hats.append(standard(G[np.ix_(part, part)], int(hats[told[:, joint]].any(1).sum())))
         G[:, part] = G[:, part] @ to_hats[-1]
         G[part], r[part] = to_hats[-1].T @ G[part], to_hats[-1].T @ r[part]
     prior = system.penalty()[free] - (1.0 - 1.0 / UNIFORM) * system.prior_weight()[free]
@@ -84,8 +84,8 @@ def fit_curves(
         own = _own(len(free), [len(parts[g]) for g in tried])
         for g, at in zip(tried, own, strict=True):
             known = len(at) - np.trace(inverse[np.ix_(at, at)]) / size[g] ** 2
-            size[g] = np.sqrt(mean[at] @ mean[at] / (known + _EXPONENT))
-        alive = [g for g in tried if size[g] >= _LEAST]
+            size[g] = np.sqrt(mean[at] @ mean[at] / (known + EXPONENT))
+        alive = [g for g in tried if size[g] >= LEAST]
         if alive == tried and np.all(np.abs(np.log(size / before)) < _SETTLED):
             break
     common = np.zeros(len(x))
@@ -103,7 +103,7 @@ def _own(first: int, counts: Sequence[int]) -> list[IndexArray]:
     return [np.arange(a, b) for a, b in itertools.pairwise(first + np.cumsum([0, *counts]))]
 
 
-def _standard(products: FloatArray, seen: int) -> FloatArray:
+def standard(products: FloatArray, seen: int) -> FloatArray:
     """Return the hats' coefficients (h, h) of independent ones of variance 1 that make a curve."""
     k = np.arange(len(products))
     kernel = np.exp(-0.5 * ((k - k[:, None]) / _SMOOTH) ** 2) + _JITTER * np.eye(len(k))

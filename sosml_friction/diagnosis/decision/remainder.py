@@ -28,7 +28,7 @@ from sosml_friction.diagnosis.decision.tone import strongest_tone
 from sosml_friction.model.terms.cogging import Cogging
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
-from sosml_friction.regression.evidence import CandidateColumns, Fit
+from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.rival import VERY_STRONG
@@ -107,8 +107,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     axes: list[tuple[str, bool]] = []
     elsewhere = Elsewhere(laboratory.signals)
     for i in told:
-        parts = (laboratory.structure_columns[i], laboratory.single(elsewhere, i, {}))
-        for g, hats in enumerate(_hats(parts, i)):
+        for g, hats in enumerate(free_curves(laboratory, elsewhere, i)):
             curves.append((i, hats))
             axes.append((AXES[g // 2], g % 2 == 1))
     result = fit_curves(fit, curves, far)
@@ -202,10 +201,12 @@ def all_together(
     return Leftover(most.axis, most.joint, energy, floor, share, REST, together=True)
 
 
-def _hats(parts: Sequence[CandidateColumns], joint: int) -> list[FloatArray]:
-    """Return the whitened hats of each curve of a joint, (rows, hats) each."""
-    found = []
-    for columns in parts:
+def free_curves(
+    laboratory: WhitenedRegression, elsewhere: Elsewhere, joint: int
+) -> list[FloatArray]:
+    """Return the whitened hats of each curve of a joint, (rows, hats) each, as AXES has them."""
+    found: list[FloatArray] = []
+    for columns in (laboratory.structure_columns[joint], laboratory.single(elsewhere, joint, {})):
         (at,) = np.flatnonzero(columns.rows == joint)
         C = columns.C[:, at].reshape(len(columns.C), -1)
         found += [C[:, k : k + HATS] for k in range(0, C.shape[1], HATS)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.remainder import Remainder, remainder
-from sosml_friction.regression.estimate import extended
+from sosml_friction.regression.estimate import system_with
 from sosml_friction.regression.evidence import Baseline, Fit, System
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -50,7 +50,7 @@ class Selection:
     def refitted(self, laboratory: WhitenedRegression, accepted: Iterable[Finding]) -> 'Selection':
         """Return it with these causes accepted, fitted together."""
         accepted = tuple(accepted)
-        system = extended(laboratory, [finding.columns for finding in accepted])
+        system = system_with(laboratory, [finding.columns for finding in accepted])
         return replace(self, accepted=accepted, fit=Fit.make(system, laboratory.y))
 
     def with_remainder(self, laboratory: WhitenedRegression) -> 'Selection':

@@ -57,9 +57,9 @@ class Term(ABC):
     and what is seen then. ``worn``: it comes with a person or cable and goes with them;
     ``with_body``: inner parameters that are in proportion to the nominal body, and as wrong;
     ``size_known``: its numbers are right within their errors, not only that it is there;
-    ``unspoken``: parameters that a sentence leaves out; ``at_reversals``: what shows it may be
-    beside reversals alone; ``reversals_alone``: it acts nowhere else; ``elsewhere_too``: it acts
-    at reversals and everywhere else, so that it has to show there.
+    ``unspoken``: parameters that a sentence leaves out; ``at_reversals``: it acts there, and what
+    shows it may be beside reversals alone, unless it acts ``elsewhere_too`` as much and has to
+    show there; ``reversals_alone``: it acts nowhere else.
 
     ``trusted_as``: the group of what it states, as of ``--trust``.
 
