@@ -70,7 +70,10 @@ def test_another_mass_on_a_vertical_slide_is_named(more, centre):
     (cause,) = found.causes
     assert cause.effect == 'payload'
     assert not cause.rivals
-    assert cause.parameters['mass'].value == pytest.approx(more, abs=0.3)
+    mass = cause.parameters['mass']
+    assert mass.value == pytest.approx(more, abs=0.3)
+    # It comes on top of a carriage that is anywhere within its tolerance of 3.5 %.
+    assert mass.std_error > 0.035 / np.sqrt(3.0) * CARRIAGE
     (body,) = found.model.content.make_robot().inertial_parameters()
     assert body[0] == pytest.approx(CARRIAGE + more, abs=0.5)
 
