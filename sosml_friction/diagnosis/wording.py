@@ -12,6 +12,7 @@ from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_ta
 from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
 from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.decision.tones import why_a_tone
 from sosml_friction.diagnosis.decision.verdict import not_shown
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
@@ -101,6 +102,7 @@ def sentence_of(
         if told:
             text += f'; in part it looks like {told}'
         where = _where_unknown(selection, names, units) or _refused(selection, names)
+        where += _tone_instead(selection, names)
         return (
             f'{text}. {where}{_not_shown(causes)}{gains}'
             f'{_contradicted((*causes, *tolerated))}{end}'
@@ -259,7 +261,10 @@ def _noise(left: Sequence[tuple[str, float, float]]) -> str:
     ]
     if not parts:
         return ''
-    return f' Free curves explain {", ".join(parts)}, in whitened energy: the rest is noise.'
+    return (
+        f' Free curves explain {", ".join(parts)}, in whitened energy: what else is left where '
+        'joints slide is noise.'
+    )
 
 
 def _where_unknown(selection: Selection, names: tuple[str, ...], units: tuple[str, ...]) -> str:
@@ -284,6 +289,16 @@ def _refused(selection: Selection, names: tuple[str, ...]) -> str:
         f'It acts in {where}{beside}: only {words(effect)} removes more of the error than chance '
         f'would ({100 * best.score.cv_gain:.1f} %), and that is impossible, as {best.objection}. '
     )
+
+
+def _tone_instead(selection: Selection, names: tuple[str, ...]) -> str:
+    """Return that a tone of time explains more than the best cause, with a blank after it."""
+    best, reason = selection.rejected, why_a_tone(selection.rejected)
+    if best is None or not reason:
+        return ''
+    effect, joint = best.reported(names)
+    where = 'all joints' if joint == ALL_JOINTS else joint
+    return f'Of causes {words(effect)} ({where}) comes closest, and {reason} than it. '
 
 
 def _joints(found: Sequence[Leftover]) -> list[int]:

@@ -419,12 +419,16 @@ def _regressor_error(laboratory: WhitenedRegression, each: Placed) -> float:
     """
     Return by which share a term's columns may be wrong, and its sizes with them.
 
-    Where they are computed from the effort that the nominal model expects, this is wrong by its
-    tolerance, anywhere within it alike.
+    Where they are computed from the bodies, or the effort, of the nominal model, these are wrong
+    by their tolerance, anywhere within it alike.
     """
     more = 1.0 + _tolerance(laboratory)
+    own = laboratory.signals[0].robot
+    robot = own.changed(
+        more * own.inertial_parameters(), more * np.array(own.armature), own.gravity_acceleration
+    )
     signals = tuple(
-        replace(s, rigid=more * s.rigid, friction=more * s.friction, cache={})
+        replace(s, robot=robot, rigid=more * s.rigid, friction=more * s.friction, cache={})
         for s in laboratory.signals
     )
     other = replace(laboratory, rows=replace(laboratory.rows, signals=signals))

@@ -24,7 +24,7 @@ from sosml_friction.diagnosis.decision.leftover import (
 )
 from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
-from sosml_friction.diagnosis.decision.tone import strongest_tone
+from sosml_friction.diagnosis.decision.tones import TONE_SHARE, tones
 from sosml_friction.model.terms.cogging import Cogging
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
@@ -45,12 +45,6 @@ LEAST, ALL = 0.01, 0.023
 #: largest of 126 such recordings, 0.0107 (``--recordings 42``; a curve of them has 0.0034, all
 #: curves together 0.0087).
 RIPPLE = 0.03
-#: Smallest share of what is left, in effort, that makes a tone: of SNR 0.5 it is 0.2. In 300
-#: recordings of the blind plant without a tone it was at most 0.119, with one of SNR 0.9 and more
-#: 0.35 and more.
-_TONE_SHARE = 0.2
-#: Largest probability that noise has such a tone: once in a hundred recordings.
-_TONE_CHANCE = 0.01
 #: By how much more one power of speed has to explain, beside ``VERY_STRONG``, as a share of what
 #: is named: by so much an effect of the catalogue in other equations may differ.
 _MORE_SHARE = 0.005
@@ -158,7 +152,9 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         floor *= max(noise for (joint, _), noise in zip(curves, slow, strict=True) if joint == i)
         whole = all_together(own_curves, explained[i] * energy[1][i], floor, named[i])
         found += [] if whole is None else [whole]
-    found += _tones(laboratory, result.left, told)
+    for i, tone in tones(laboratory, result.left, told):
+        floor = tone.energy * TONE_SHARE / tone.share
+        found.append(Leftover(TONE, i, tone.energy, floor, tone.share, 0.0, hertz=tone.hertz))
     found += _ripples(laboratory, result.left, far, told, named)
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
@@ -215,26 +211,6 @@ def free_curves(
 
 def _residual(fit: Fit) -> FloatArray:
     return np.asarray(fit.target.y - fit.system.Z @ fit.baseline.x)
-
-
-def _tones(
-    laboratory: WhitenedRegression, left: FloatArray, joints: Sequence[int]
-) -> list[Leftover]:
-    """Return the strongest tone of each joint that is one."""
-    found = []
-    parts = laboratory.split(left)
-    longest = max(range(len(parts)), key=lambda k: len(parts[k]))
-    signals, rows = laboratory.signals[longest], parts[longest]
-    band = signals.band
-    q = band.at_rows(signals.q)[ORDER:]
-    for i in joints:
-        tone = strongest_tone(rows[:, i], laboratory.noise[i], band.output_step, band.cutoff)
-        if tone.share < _TONE_SHARE or tone.chance > _TONE_CHANCE:
-            continue
-        if not tone.follows(q, band.output_step):
-            floor = tone.energy * _TONE_SHARE / tone.share
-            found.append(Leftover(TONE, i, tone.energy, floor, tone.share, 0.0, hertz=tone.hertz))
-    return found
 
 
 def _ripples(

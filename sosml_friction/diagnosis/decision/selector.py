@@ -11,6 +11,7 @@ from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.decision.tones import tone_in_place
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import Term
@@ -94,6 +95,8 @@ class Selector:
                 continue
             rivals = Rivals(lab, result.system, top, found)
             best = self._as_stated(result, chosen(rivals, self._judged), rivals)
+            if not best.failed and (reason := tone_in_place(lab, result.fit, best)):
+                best = replace(best, failed=(reason,))
             if best.failed:
                 return replace(result, rejected=best)
             result = result.refitted(lab, [*result.accepted, best])

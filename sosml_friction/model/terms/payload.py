@@ -9,7 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.terms.kinds.body_term import BodyTerm
+from sosml_friction.model.terms.kinds.body_term import FELT, BodyTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Body
@@ -73,9 +73,13 @@ class Payload(BodyTerm):
 
     @staticmethod
     def _felt(signals: Recording) -> bool:
-        """Tell whether some joint turns the mass, so that its distance matters."""
-        turning = any(signals.effort_unit(i) == 'Nm' for i in range(signals.robot.n))
-        return turning and body_centre(signals.robot) > 1e-6
+        """Tell whether the motion's effort changes with the distance of the mass."""
+        centre = body_centre(signals.robot)
+        if centre <= 1e-6:
+            return False
+        own = signals.regressor[:, :, -10:]
+        near, far = (own @ point_mass(signals.robot, share * centre) for share in (1.0, 1.5))
+        return float(np.linalg.norm(far - near)) > FELT * float(np.linalg.norm(near))
 
 
 def point_mass(robot: Robot, distance: float) -> FloatArray:

@@ -14,6 +14,11 @@ from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Body, SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
 
+#: A change of which all joints together feel less than this share of another change of the same
+#: term is felt by none: the angles of a URDF are often rounded to three decimals, an error of at
+#: most 5e-4.
+FELT = 1e-3
+
 
 class BodyTerm(Term):
     """State a change of the rigid body, linear in the amplitudes."""
@@ -40,7 +45,10 @@ class BodyTerm(Term):
     def carried(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return the same of what the gears pass on: rotors are before them."""
         changes = self.changes(signals.robot, joint, inner)
-        return np.stack([_carried(signals, own) for own in changes], axis=2)
+        result = np.stack([_carried(signals, own) for own in changes], axis=2)
+        size = np.linalg.norm(result, axis=(0, 1))
+        result[:, :, size < FELT * size.max()] = 0.0
+        return result
 
     def simulated(
         self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
