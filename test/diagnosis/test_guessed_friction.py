@@ -4,13 +4,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from known_robots import slider_model, slider_recording
+from known_robots import (
+    SLIDER_MASS,
+    SLIDER_STEP,
+    recording,
+    sines,
+    slider_model,
+    slider_recording,
+)
 
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.model_folder import FrictionParameters
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.regression.nominal import make_nominal
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
@@ -42,6 +53,30 @@ def test_coulomb_and_viscous_friction_both_off_are_both_told_and_stribeck_only_w
     for name, change in (('coulomb', 5.0), ('viscous', -300.0)):
         size = sizes[name]['change']
         assert size.value == pytest.approx(change, abs=max(3.0 * size.std_error, 0.5))
+
+
+def test_a_law_that_is_too_large_as_a_whole_is_off_in_all_its_numbers_and_effort_is_not():
+    """Without gravity, less effort of bodies with more inertia is the same equation."""
+    size = {'coulomb': (20.0, 'N'), 'viscous': (100.0, 'N s/m'), 'stribeck': (10.0, 'N')}
+    law = {name: Parameter(1.3 * value, unit) for name, (value, unit) in size.items()}
+    law |= {'stribeck_velocity': Parameter(0.05, 'm/s'), 'bias': Parameter(0.0, 'N')}
+    model = slider_model()
+    joint = replace(
+        model.joints['slider'], friction=FrictionParameters('stribeck_gaussian', 0.0, law)
+    )
+    t = np.arange(0.0, 40.0, SLIDER_STEP)
+    q, v, a = sines(t, ((1.0, 0.2), (0.2, 0.5, 1.0)))
+    tau = SLIDER_MASS * a + dahl_path(q, 4e-5) * (20.0 + 10.0 * np.exp(-((v / 0.05) ** 2)))
+    tau += 100.0 * v + np.random.default_rng(8).normal(0.0, 1.0, len(t))
+    log = recording(('slider',), t, q, tau)
+    found = diagnose([log], replace(model, joints={'slider': joint}))
+    told = {cause.effect: cause.parameters for cause in found.causes}
+    assert set(told) == set(size)
+    for name, change in (('coulomb', -6.0), ('viscous', -30.0)):
+        own = told[name]['change']
+        assert abs(own.value - change) < 3.0 * own.std_error
+    own = told['stribeck']['stribeck']
+    assert abs(own.value - 10.0) < 3.0 * own.std_error
 
 
 def test_a_friction_that_is_not_trusted_is_refitted_and_no_cause():

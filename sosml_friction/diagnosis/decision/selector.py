@@ -157,10 +157,10 @@ class Selector:
         best: Finding,
     ) -> list[Finding]:
         """
-        Return the parameters of a joint's nominal friction where all of them are off.
+        Return the parameters of a joint's nominal friction that are off, where they are several.
 
         They are one candidate: together they explain more than the best alone, and each passes
-        its gates beside the others. One after the other, another cause would have stood for both.
+        its gates beside the others. One after the other, another cause would have stood for all.
         """
         lab, most = self.laboratory, best.delta_bic
         friction: list[tuple[str, int]] = []
@@ -168,16 +168,32 @@ class Selector:
             keys = [
                 c.key for c in lab.candidates if c.joint == i and _of_nominal_friction(c.effect)
             ]
-            if len(keys) < 2 or any(finding.key in keys for finding in result.accepted):
+            if any(finding.key in keys for finding in result.accepted):
                 continue
-            C = np.concatenate([of_grid[key].C for key in keys], axis=3)
-            columns = CandidateColumns.make(result.system, of_grid[keys[0]].rows, C)
-            gain = result.fit.score(columns).gain
-            evidence = gain - len(keys) * float(np.log(lab.known[i]))
-            if evidence > most:
+            if (evidence := self._together(result, of_grid, keys)) > most:
                 most, friction = evidence, keys
-        parts = [self._beside(result, of_grid, key, friction) for key in friction]
-        return [] if any(part.failed for part in parts) else parts
+        while friction:
+            parts = [self._beside(result, of_grid, key, friction) for key in friction]
+            if not any(part.failed for part in parts):
+                return parts
+            friction = [part.key for part in parts if not part.failed]
+            if self._together(result, of_grid, friction) <= best.delta_bic:
+                break
+        return []
+
+    def _together(
+        self,
+        result: Selection,
+        of_grid: Mapping[tuple[str, int], CandidateColumns],
+        keys: Sequence[tuple[str, int]],
+    ) -> float:
+        """Return the evidence of two candidates and more of a joint together, as a BIC."""
+        if len(keys) < 2:
+            return -np.inf
+        C = np.concatenate([of_grid[key].C for key in keys], axis=3)
+        columns = CandidateColumns.make(result.system, of_grid[keys[0]].rows, C)
+        rows = float(self.laboratory.known[columns.rows].sum())
+        return result.fit.score(columns).gain - len(keys) * float(np.log(rows))
 
     def _beside(
         self,
@@ -246,8 +262,8 @@ class Selector:
 
 
 def _of_nominal_friction(effect: Term) -> bool:
-    """Tell whether a cause is Coulomb or viscous friction that is off."""
-    return effect.of_law and effect.parameter_error and effect.stated is None
+    """Tell whether a cause is a number of the model's own friction law that is off."""
+    return effect.of_law and effect.parameter_error
 
 
 def _only_impossible(finding: Finding) -> bool:
