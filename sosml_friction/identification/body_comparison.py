@@ -38,7 +38,8 @@ class BodyComparison:
     ``refit``: the rigid body that fits, None where the model's does within the usual tolerance.
     ``timing``: when effort is reported, None where nothing was fitted. ``doubt``: what the bodies
     may be off by where the model's are kept, None where they are exact, as told, or refitted.
-    ``late``: by how much effort was taken sooner for all of these, None where it is not late.
+    ``late``: by how much effort was taken sooner, or later, for all of these; None where it acts
+    between its samples.
     ``loads``: by joint, the share of its load that is friction, where the data show it.
     """
 
@@ -94,7 +95,7 @@ class BodyComparison:
         # Beyond an interval effort is as late as it is, which reads as viscous friction. The
         # column is the slope of a small delay: a large one is found in several rounds.
         tried = {0}
-        while is_beyond(fit, late is not None):
+        while is_beyond(fit):
             step('measuring how late effort is')
             delayed = first(logs, terms=(*FRICTION, DELAY), rotors=_rotors(fit))
             more = LateEffort.of(delayed, logs, late.samples if late else 0)

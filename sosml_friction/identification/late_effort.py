@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Effort that is reported later than between the samples where it acts: a filter, or a queue."""
+"""Effort that is reported later, or earlier, than between the samples where it acts."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ class LateEffort:
     """
     Hold by how much effort is late, with its standard error, and the time of samples [s].
 
-    ``samples``: how many of them it is taken sooner for that.
+    ``samples``: how many of them it is taken sooner for that. Of effort that is early, as beside a
+    position that is late, both are negative, and it is taken later.
     """
 
     delay_s: float
@@ -52,10 +53,10 @@ class LateEffort:
         (term,) = (term for term in fit.terms if term.term == DELAY)
         p, step = term.parameters['delay'], float(np.median([log.step for log in logs]))
         delay = undone * step + p.value
-        sure = 0.0 < delay <= LARGEST_S and p.value**2 > VERY_STRONG * p.std_error**2
+        sure = abs(delay) <= LARGEST_S and p.value**2 > VERY_STRONG * p.std_error**2
         if not sure or term.objection:
             return None
-        return cls(delay, p.std_error, step, max(1, round(delay / step)))
+        return cls(delay, p.std_error, step, _whole(delay / step))
 
     @property
     def left(self) -> EffortTiming:
@@ -69,7 +70,7 @@ class LateEffort:
         after = np.searchsorted(time, later)
         # By half a sample the clock of the last one may be off.
         after[(after == len(time)) & (later < time[-1] + 0.5 * self.step_s)] = len(time) - 1
-        kept = np.flatnonzero(after < len(time))
+        kept = np.flatnonzero((after < len(time)) & (later > time[0] - 0.5 * self.step_s))
         gap = np.append(0.0, np.diff(time))[after[kept]]
         kept = kept[gap < HOLE * self.step_s]
         tau = np.column_stack([np.interp(later, time, own) for own in log.tau.T])
@@ -77,37 +78,44 @@ class LateEffort:
 
     def finding(self) -> DataFinding:
         """Return for a person what was found and done."""
-        told = plus_minus(1e3 * self.delay_s, 1e3 * Z_95 * self.std_error, 'ms')
+        told = plus_minus(1e3 * abs(self.delay_s), 1e3 * Z_95 * self.std_error, 'ms')
+        number = abs(self.samples)
+        when, taken, cause = (
+            ('after', 'sooner', 'a filter or a queue in the driver does so')
+            if self.samples > 0
+            else ('before', 'later', 'a late position does so, or a command logged as effort')
+        )
         return DataFinding(
             LATE,
             ALL_JOINTS,
             WARNING,
-            f'effort is reported {told} after the motion that it makes, and samples are '
-            f'{1e3 * self.step_s:.3g} ms apart: it was taken {self.samples} '
-            f'sample{"s" if self.samples > 1 else ""} sooner; a filter or a queue in the driver '
-            'does so, mend it there',
+            f'effort is reported {told} {when} the motion that it makes, and samples are '
+            f'{1e3 * self.step_s:.3g} ms apart: it was taken {number} '
+            f'sample{"s" if number > 1 else ""} {taken}; {cause}, mend it there',
         )
 
 
-def is_beyond(fit: TermFit, early_too: bool) -> bool:
+def _whole(samples: float) -> int:
+    """Return the nearest whole number that is not 0, of the same sign."""
+    return int(np.copysign(max(1, round(abs(samples))), samples))
+
+
+def is_beyond(fit: TermFit) -> bool:
     """
-    Tell whether effort is later than between samples it can be, or earlier.
+    Tell whether effort is later, or earlier, than between samples it can be.
 
     It is as late as it can be, or the data alone show it very strongly: beside the prior that it
     is not, data of a slow motion or of noisy effort show nothing, as an interval may be much
     shorter than what they tell.
-
-    :param early_too: whether it may be early: of effort that was taken sooner.
     """
     laboratory = fit.laboratory
     k = laboratory.nominal.names.index(EFFORT_HOLD)
     delay, bound_s = fit.refit[EFFORT_HOLD], float(laboratory.nominal.bound[k])
-    if (abs(delay) if early_too else delay) > AT_BOUND * bound_s:
+    if abs(delay) > AT_BOUND * bound_s:
         return True
     bound, prior = laboratory.system.bound.copy(), laboratory.system.prior.copy()
     bound[k] = prior[k] = np.inf
     free = replace(laboratory, system=replace(laboratory.system, bound=bound, prior=prior))
     found = estimate(free, fit.estimate.placed)
     delay, error = float(found.fit.baseline.x[k]), float(found.errors[k])
-    beyond = (abs(delay) if early_too else delay) > bound_s
-    return beyond and delay**2 > VERY_STRONG * error**2
+    return abs(delay) > bound_s and delay**2 > VERY_STRONG * error**2

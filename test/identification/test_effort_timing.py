@@ -99,13 +99,14 @@ def test_viscous_friction_is_right_whenever_effort_acts_between_samples(late, to
     assert '--effort-hold' in said.sentence
 
 
-@pytest.mark.parametrize('late', [1.4 * STEP, 3.2 * STEP])
+@pytest.mark.parametrize('late', [-3.2 * STEP, -0.7 * STEP, 0.7 * STEP, 1.4 * STEP, 3.2 * STEP])
 @pytest.mark.parametrize('together', [False, True])
-def test_effort_that_is_late_by_samples_feigns_no_viscous_friction(late, together):
+def test_effort_that_is_late_or_early_by_samples_feigns_no_viscous_friction(late, together):
     """
     It was told to be 0.0 +- 5.7 ms late.
 
-    Of 14 ms B was 0.119 +- 0.015 Nm s/rad, of 32 ms 0.078 +- 0.020.
+    Of 14 ms B was 0.119 +- 0.015 Nm s/rad, of 32 ms 0.078 +- 0.020. Early effort was none, and
+    0.7 samples of 10 ms were half of them.
     """
     logs = {'one': swing(late), 'two': swing(late, seed=4)} if together else swing(late)
     found = sf.fit(logs, sf.Model(MODEL))
@@ -117,7 +118,9 @@ def test_effort_that_is_late_by_samples_feigns_no_viscous_friction(late, togethe
     for one in each:
         (said,) = (f for f in one.data_checks.findings if f.check in ('late_effort', TIMING))
         assert said.level == WARNING
-        assert f'{late / STEP:.0f} sample' in said.sentence
+        way = 'sooner' if late > 0.0 else 'later'
+        number = max(round(abs(late) / STEP), 1)
+        assert f'taken {number} sample{"s" if number > 1 else ""} {way}' in said.sentence
         assert not [f for f in one.data_checks.findings if f.check == 'effort_lag']
 
 
@@ -169,6 +172,10 @@ def test_effort_of_later_samples_takes_nothing_from_beyond_a_hole():
     # The last two samples before the hole, and of all, have no effort two samples later.
     assert undone.time == pytest.approx(np.delete(t, [38, 39, 78, 79]))
     assert undone.tau[:, 0] == pytest.approx(undone.time + 2.0 * STEP)
+    # The first two samples behind the hole, and of all, have no effort two samples sooner.
+    undone = LateEffort(-2.0 * STEP, 1e-4, STEP, -2).undone(log)
+    assert undone.time == pytest.approx(np.delete(t, [0, 1, 40, 41]))
+    assert undone.tau[:, 0] == pytest.approx(undone.time - 2.0 * STEP)
 
 
 def test_what_is_stated_is_not_measured_and_may_be_wrong():

@@ -15,6 +15,9 @@ from sosml_friction.model.terms.kinds.term import Inner, Term
 
 #: Largest delay [s]: a loop with a longer one would be seen to be late. Chosen, no measurement.
 LARGEST_S = 0.05
+#: Share of a sampling interval by which effort that acts within it is late or early at most: one
+#: that holds from its sample on is half of it early, a mean up to its sample half of it late.
+WITHIN = 0.5
 
 
 def effort_slope(signals: Recording) -> FloatArray:
@@ -53,7 +56,7 @@ class EffortDelay(Term):
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if abs(self.change(fit)[0]) < 0.75 * fit.signals.band.step:
+        if abs(self.change(fit)[0]) < WITHIN * fit.signals.band.step:
             return 'a delay within a sampling interval is where in it a sample is taken'
         if abs(fit.amplitude[0]) > LARGEST_S:
             return f'a delay of over {1e3 * LARGEST_S:.0f} ms would be seen'
