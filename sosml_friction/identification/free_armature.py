@@ -26,7 +26,8 @@ def fitted_armature(
     The model's bodies, so that both together are what the motion shows; its error has that of
     their inertia within the tolerance. It is at least 0, which it is flagged for where the bodies
     alone are too much, and where the motion does not tell it: where its error from the data is
-    more than all inertia that the joint has.
+    more than all inertia that the joint has. Where all of its interval is below 0 the data
+    contradict the bodies, or the samples are wrong, and it is not identifiable either.
     """
     if not laboratory.settings.unknown_armature:
         return {}
@@ -66,12 +67,23 @@ def fitted_armature(
                 experiment='record faster motion, or state it with --armature',
             )
         elif value < 0.0:
-            told = replace(
-                told,
-                flags=(AT_BOUND,),
-                reason=f'the effort has {plus_minus(-value, Z_95 * error, unit)} less inertia '
-                'than the bodies of the URDF, so it is taken for 0',
-            )
+            less = f'the effort has {plus_minus(-value, Z_95 * error, unit)} less inertia '
+            if value + Z_95 * error < 0.0:
+                told = replace(
+                    told,
+                    interval=(0.0, np.inf),
+                    flags=(NOT_IDENTIFIABLE,),
+                    reason=f'{less}than the bodies of the URDF, which no rotor makes up for, so '
+                    'it is taken for 0',
+                    experiment='check the masses and lengths of the bodies, the scale of the '
+                    'effort, and positions that are held or wrong',
+                )
+            else:
+                told = replace(
+                    told,
+                    flags=(AT_BOUND,),
+                    reason=f'{less}than the bodies of the URDF, so it is taken for 0',
+                )
         result[joint] = told
     return result
 
