@@ -65,3 +65,17 @@ def band(fit: LawFit, v: FloatArray) -> FloatArray | None:
         variance += probability * (other.torque(v) - law.torque(v)) ** 2
     freedom = max(fit.clusters - len(names), 1)
     return np.array(t_95(freedom) * np.sqrt(np.maximum(variance, 0.0)))
+
+
+def largest_friction(fit: LawFit, speed: float) -> float | None:
+    """
+    Return how large friction may be at a speed, (f(w) - f(-w)) / 2 and its band [Nm or N].
+
+    What does not change with direction is none. None where the law has no band.
+    """
+    v = np.array([speed, -speed])
+    law, half = fitted_law(fit), band(fit, v)
+    if law is None or half is None:
+        return None
+    forwards, backwards = law.torque(v)
+    return float(0.5 * (forwards - backwards) + half.max())

@@ -17,6 +17,7 @@ from sosml_friction.identification.identifiability import (
 )
 from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_checks import dissipation_check, even_part
+from sosml_friction.identification.law.law_curve import largest_friction
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
 from sosml_friction.identification.law.law_problem import EXPONENT, NON_NEGATIVE
 from sosml_friction.identification.law.law_profile import LawProfile, about_best
@@ -125,19 +126,15 @@ class LawSummary:
         knee, identified = self._knee()
         parameters.update(knee)
         derived = {}
-        if self.profile is not None and not identified:
-            if self.shown:
-                for name in ('coulomb', 'viscous'):
-                    parameters[name] = self._along(name, parameters[name], self.profile)
-            extra_friction = self._at_slowest(self.profile)
-            if extra_friction.interval is not None and np.isfinite(extra_friction.interval[1]):
-                derived[STRIBECK_AT_SLOWEST] = extra_friction
+        if self.profile is not None and self.shown and not identified:
+            for name in ('coulomb', 'viscous'):
+                parameters[name] = self._along(name, parameters[name], self.profile)
         if not self.form.symmetric:
             derived.update(self._by_direction(identified))
         checked = {n: (best[n], parameters[n].interval) for n in best if n in parameters}
         of = tuple(n for n in self.names if (n, n) in self.C and n not in problem.extra)
         unit, speeds = self.reach.effort_unit, (search.slowest, search.fastest)
-        return replace(
+        found = replace(
             self.law(),
             law=self.form.identifier(solution.alpha if self.shown and identified else None),
             parameters={
@@ -156,6 +153,12 @@ class LawSummary:
             others=tuple(self.others.curves),
             reach=self.reach,
         )
+        if self.profile is None or identified:
+            return found
+        extra_friction = self._at_slowest(self.profile, found)
+        if extra_friction.interval is None or not np.isfinite(extra_friction.interval[1]):
+            return found
+        return replace(found, derived={STRIBECK_AT_SLOWEST: extra_friction, **derived})
 
     def _beside_others(self, name: str, found: Parameter) -> Parameter:
         """Return a parameter as unsure as other laws make it; a knee's range holds in any."""
@@ -271,10 +274,18 @@ class LawSummary:
             return _NO_EXPONENT
         return _NO_COULOMB if self.best['coulomb'] <= 0.0 else ''
 
-    def _at_slowest(self, profile: LawProfile) -> Parameter:
-        """Return the extra friction at the slowest speed of the data."""
+    def _at_slowest(self, profile: LawProfile, fit: LawFit) -> Parameter:
+        """
+        Return the extra friction at the slowest speed of the data: at most all that is there.
+
+        S f(w) <= C + S f(w) + B w, as neither C nor B is below 0: beside a negative C it had no
+        end. ``fit`` says what friction is there.
+        """
         slowest = self.search.slowest
         low, high = profile.stribeck_interval(slowest)
+        all_of_it = largest_friction(fit, slowest)
+        if np.isfinite(high) and all_of_it is not None:
+            high = min(high, all_of_it)
         value = np.nan
         if self.shown and not self._no_knee():
             left = fade(np.asarray(slowest), self.best['stribeck_velocity'], self.solution.alpha)

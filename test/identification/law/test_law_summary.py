@@ -101,6 +101,14 @@ def test_a_bias_over_many_speeds_is_no_less_sure_for_a_form_that_the_data_refuse
     assert np.median([bias.std_error for bias in biases]) == pytest.approx(spread, rel=0.35)
 
 
+def test_extra_friction_at_a_speed_is_no_more_than_all_friction_there():
+    """S stood beside a negative C: of 0.96 Nm up to 5.4 were extra friction."""
+    for fit in fits(np.linspace(0.5, 2.0, 100), lambda w: 0.8 + 0.3 * w, 0.05):
+        extra = fit.derived[STRIBECK_AT_SLOWEST]
+        # And its error, of a knee that only the slowest speeds see.
+        assert extra.interval[1] < 1.5 * (0.8 + 0.3 * fit.slowest)
+
+
 def test_extra_friction_that_two_speeds_do_not_tell_is_not_mentioned():
     """Two speeds are a straight line with S of any size: the sentence had no number."""
     fit = next(fits(np.repeat([0.5, 0.6], 50), lambda w: 0.8 + 0.3 * w, 0.01))
