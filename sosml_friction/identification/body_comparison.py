@@ -13,11 +13,18 @@ import numpy as np
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
-from sosml_friction.identification.body_refit import FRICTION, LOAD, NOMINAL, BodyRefit
+from sosml_friction.identification.body_refit import (
+    FRICTION,
+    LOAD,
+    NOMINAL,
+    BodyRefit,
+    friction_beside,
+)
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.late_effort import DELAY, LateEffort, is_beyond
+from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
-from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND, Parameter
 from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.rival import VERY_STRONG
@@ -26,6 +33,8 @@ from sosml_friction.regression.settings import DiagnosisSettings
 #: What repeats over position is noise beside bodies, and its hundreds of lines are much of the
 #: time of a comparison, and of an hour most of its memory.
 _WITHOUT = ('cogging',)
+#: By joint, the law that was fitted beside bodies, and friction by load.
+FrictionBeside = tuple[Mapping[str, LawFit], tuple[EffectTerm, ...]]
 #: What friction by load has of the load.
 COEFFICIENT = 'load_coefficient'
 
@@ -41,6 +50,9 @@ class BodyComparison:
     ``late``: by how much effort was taken sooner, or later, for all of these; None where it acts
     between its samples.
     ``loads``: by joint, the share of its load that is friction, where the data show it.
+    ``friction`` returns what was fitted beside these bodies: by joint, the law of those that show
+    no Stribeck term, and friction by load. Beside the model's own bodies it is fitted when it is
+    asked for.
     """
 
     refit: BodyRefit | None = None
@@ -48,6 +60,7 @@ class BodyComparison:
     doubt: BodyDoubt | None = None
     late: LateEffort | None = None
     loads: Mapping[str, Parameter] = field(default_factory=dict)
+    friction: Callable[[], FrictionBeside] = field(default=lambda: ({}, ()), repr=False)
 
     @classmethod
     def of(
@@ -116,14 +129,19 @@ class BodyComparison:
             and _is_shown(fit, term, price)
             and not term.parameters[COEFFICIENT].may_be(0.0)
         }
+        labels = [term.label for term in shown]
+        again = partial(fit_with, bare, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
             doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
-            return cls(rotors, _timing(fit, logs, late), doubt, late, loads)
-        labels = [term.label for term in shown]
+
+            def beside() -> FrictionBeside:
+                step('fitting friction beside the rigid body')
+                return friction_beside(again())
+
+            return cls(rotors, _timing(fit, logs, late), doubt, late, loads, beside)
         step('fitting beside the friction that the data show')
-        again = fit_with(bare, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
-        fit = replace(again, body=fit.body)
+        fit = replace(again(), body=fit.body)
         body = BodyRefit.of(fit, model)
         if body.loads and not body.refused:
             # Load is what the bodies of the model need: with those that fit it is another one.
@@ -131,7 +149,8 @@ class BodyComparison:
             fitted = replace(body.model, effects=())
             last = fit_with(fitted, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
             body = body.with_friction_of(last)
-        return cls(body, _timing(fit, logs, late), None, late, loads)
+        found = (body.laws, body.loads)
+        return cls(body, _timing(fit, logs, late), None, late, loads, lambda: found)
 
 
 def _rotors(fit: TermFit) -> dict[str, float]:

@@ -108,11 +108,9 @@ class BodyRefit:
             for joint, p in fit.armature.items()
         }
         variance = _variance(fit, columns)
-        curved = {term.joint for term in fit.terms if term.term == 'stribeck'}
         return cls(
             with_fitted(changed.model, armature),
-            _laws(fit, {*variance} - curved),
-            _loads(fit),
+            *friction_beside(fit),
             fit.body.tolerance,
             fit.body.log_evidence,
             deviations,
@@ -185,6 +183,14 @@ def _variance(fit: TermFit, columns: IndexArray) -> dict[str, dict[str, float]]:
     }
 
 
+def friction_beside(fit: TermFit) -> tuple[dict[str, LawFit], tuple[EffectTerm, ...]]:
+    """Return by joint the law of a fit of terms without Stribeck term, and friction by load."""
+    curved = {term.joint for term in fit.terms if term.term == 'stribeck'}
+    names = fit.laboratory.nominal.names
+    plain = {joint for joint in fit.names if f'{joint} coulomb' in names}
+    return _laws(fit, plain - curved), _loads(fit)
+
+
 def _laws(fit: TermFit, joints: Container[str]) -> dict[str, LawFit]:
     """Return Coulomb and viscous friction of some joints."""
     return {name: _law(fit, i) for i, name in enumerate(fit.names) if name in joints}
@@ -225,6 +231,8 @@ def _law(fit: TermFit, i: int) -> LawFit:
     left = fit.residual()[:, i]
     own = sum(fit.explained(t)[:, i] for t in fit.terms if t.term in FRICTION)
     speed = np.abs(np.concatenate([s.v[:, i] for s in fit.laboratory.signals]))
+    # Rows at rest are no speed of the law.
+    speed = speed[speed > 0.0]
     return LawFit(
         'coulomb_viscous',
         parameters,

@@ -100,20 +100,21 @@ def _each(
 
 def with_regression(fit: FrictionFit, laws: Mapping[str, LawFit]) -> FrictionFit:
     """
-    Return the fits with those of the regression beside refitted bodies.
+    Return the fits with those of the regression beside rigid bodies.
 
-    In joints in which the weak form, beside the same bodies, finds no Stribeck term: the
-    regression has none. Where one shows and its numbers are ranges, C and B may be as well, and a
-    law without it is no surer.
+    In joints in which the weak form, beside the same bodies, finds no Stribeck term, or has no
+    fit: the regression has none. Where one shows and its numbers are ranges, C and B may be as
+    well, and a law without it is no surer.
     """
     joints = {name: dict(fits) for name, fits in fit.joints.items()}
     for name, fits in joints.items():
         weak = fits.get(WEAK_FORM)
-        if name not in laws or weak is None:
+        if name not in laws:
             continue
-        if 'stribeck' not in weak.fit.drawn:
+        if weak is None or 'stribeck' not in weak.fit.drawn:
+            like = weak or next(iter(fits.values()))
             fits[REGRESSION] = replace(
-                weak, observer=REGRESSION, method=REGRESSION, fit=laws[name], inertia=None
+                like, observer=REGRESSION, method=REGRESSION, fit=laws[name], inertia=None
             )
     return replace(fit, joints=joints)
 

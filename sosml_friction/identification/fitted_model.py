@@ -35,7 +35,7 @@ def preferred_observer(fits: Iterable[str]) -> str | None:
     """
     Return which of a joint's fits, by observer, becomes the model, None if there is none.
 
-    The regression beside refitted bodies, the weak form where it was asked for, else SOSML, else
+    The regression where it is better, the weak form where it was asked for, else SOSML, else
     the first that ran; one that carries a law only where there is no other.
     """
     known = list(fits)
@@ -93,7 +93,7 @@ def fitted_model(
     fitted friction, and the law now contains them; the provenance names them under
     ``effects_left_out``.
 
-    :param loads: friction by load that was fitted beside refitted bodies.
+    :param loads: friction by load that was fitted beside the law of the regression.
     """
     joints = {}
     beside = set()

@@ -47,7 +47,7 @@ from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
 from sosml_friction.identification.weak_form import WeakForm, shown_by_slope
 from sosml_friction.model.effort_correction import EffortCorrection
-from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
@@ -135,6 +135,7 @@ def analyse_log(
     if together > 1:
         checks = checks.told(DataFinding('means', ALL_JOINTS, NOTE, block_sentence(log, together)))
         holds = ('mean',) * len(holds)
+    alone = compared is None
     exact = settings.body_tolerance == 0.0 and not nominal.unknown_armature
     if compared is None and exact and not silent:
         compared = BodyComparison()
@@ -190,9 +191,12 @@ def analyse_log(
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}
     if body is not None:
-        fit = with_regression(with_variance(fit, body.variance), body.laws)
-        if weak_too:
-            estimates = {**estimates, REGRESSION: estimates[WEAK_FORM]}
+        fit = with_variance(fit, body.variance)
+    loads: tuple[EffectTerm, ...] = ()
+    if weak_too:
+        fit, loads = _with_regression(fit, compared)
+        estimates = _with_regression_estimates(estimates, fit, robot.names)
+        checks = checks.told(*_of_observers(fit)) if alone else checks
     unavailable = _with_warnings(fit.unavailable, checks)
     if weak_too and require and not fit.joints:
         reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
@@ -213,12 +217,61 @@ def analyse_log(
     if body is not None and body.deviations:
         earlier = nominal.provenance.get('rigid_body', {})
         provenance['rigid_body'] = {**earlier, **to_plain(body.to_dict())}
-    fitted = fitted_model(nominal, fit, provenance, () if body is None else body.loads)
+    fitted = fitted_model(nominal, fit, provenance, loads)
     checks = _with_averaged(checks, nominal, fit, fitted)
     checks = _with_loads(checks, nominal, fit, fitted, compared.loads)
     return BagAnalysis(
         log, estimates, configuration, fit, fitted, inverse, checks, output_error, body, ripple
     )
+
+
+def _with_regression(
+    fit: FrictionFit, compared: BodyComparison
+) -> tuple[FrictionFit, tuple[EffectTerm, ...]]:
+    """
+    Return the fits with the laws of the regression, and friction by load beside them.
+
+    Of all joints beside refitted bodies. Beside the model's own, of joints in which the weak form
+    has no fit.
+    """
+    refitted = compared.refit is not None and bool(compared.refit.laws)
+    wanted = {name for name, fits in fit.joints.items() if refitted or WEAK_FORM not in fits}
+    if not wanted:
+        return fit, ()
+    laws, loads = compared.friction()
+    own = {name: law for name, law in laws.items() if name in wanted}
+    return with_regression(fit, own), loads
+
+
+def _with_regression_estimates(
+    estimates: Mapping[str, FloatArray], fit: FrictionFit, names: Sequence[str]
+) -> dict[str, FloatArray]:
+    """Return the estimates with those that laws of the regression are drawn over."""
+    if not any(REGRESSION in fits for fits in fit.joints.values()):
+        return dict(estimates)
+    own = estimates[WEAK_FORM].copy()
+    for i, name in enumerate(names):
+        fits = fit.joints.get(name, {})
+        observer = next(iter(fits), '')
+        if WEAK_FORM not in fits and observer in estimates:
+            own[:, i] = estimates[observer][:, i]
+    return {**estimates, REGRESSION: own}
+
+
+def _of_observers(fit: FrictionFit) -> list[DataFinding]:
+    """Return what is to be known of joints whose law is that of an observer."""
+    return [
+        DataFinding(
+            'observer_law',
+            name,
+            WARNING,
+            f'the law of joint {name} is that of an observer, {observer}: what its lag and its '
+            'smoothing do to C and B is not in their intervals; record several speeds in both '
+            'directions, so that the weak form has a fit',
+        )
+        for name, fits in fit.joints.items()
+        if not {WEAK_FORM, REGRESSION} & {*fits} and (observer := preferred_observer(fits))
+    ]
 
 
 def _with_ripple(

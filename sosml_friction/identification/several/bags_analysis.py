@@ -106,9 +106,10 @@ def compare_together(
         except DataError as error:
             raise DataError(f'{label}: {error}') from error
     found = BodyComparison.of(checked, nominal, settings.body_tolerance, progress)
+    # The friction of each bag is put together from its own fits.
+    found = replace(found, friction=lambda: ({}, ()))
     if found.refit is None:
         return found
-    # The friction of each bag is put together from its own fits.
     return replace(found, refit=replace(found.refit, laws={}, loads=()))
 
 

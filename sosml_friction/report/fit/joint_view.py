@@ -9,6 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.body_refit import LOAD
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.law_residual import Residual, law_residual, position_difference
@@ -113,8 +114,8 @@ def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> l
     units = analysis.model.make_robot().effort_units
     stated = analysis.model.provenance.get('settings', {}).get('segments', {})
     zero_band = float(stated.get('zero_band', SegmentSettings.zero_band))
-    fitted = () if analysis.body is None else analysis.body.loads
-    loads = {t.joint: t.parameters['load_coefficient'] for t in fitted}
+    fitted = (term for term in analysis.model.effects if term.effect == LOAD)
+    loads = {term.joint: term.parameters['load_coefficient'] for term in fitted}
     views = []
     for i, name in enumerate(log.names):
         fits = analysis.fit.joints.get(name, {})
