@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fits that need no observer, beside those of the observers: weak form and output error."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TypeVar
@@ -98,20 +98,25 @@ def _each(
     return found, failed
 
 
-def with_regression(fit: FrictionFit, laws: Mapping[str, LawFit]) -> FrictionFit:
+def with_regression(
+    fit: FrictionFit, laws: Mapping[str, LawFit], certain: Collection[str] = ()
+) -> FrictionFit:
     """
     Return the fits with those of the regression beside rigid bodies.
 
     In joints in which the weak form, beside the same bodies, finds no Stribeck term, or has no
     fit: the regression has none. Where one shows and its numbers are ranges, C and B may be as
     well, and a law without it is no surer.
+
+    :param certain: joints whose friction by load is beyond doubt: what the weak form, which has
+        none, takes for a Stribeck term is that.
     """
     joints = {name: dict(fits) for name, fits in fit.joints.items()}
     for name, fits in joints.items():
         weak = fits.get(WEAK_FORM)
         if name not in laws:
             continue
-        if weak is None or 'stribeck' not in weak.fit.drawn:
+        if weak is None or name in certain or 'stribeck' not in weak.fit.drawn:
             like = weak or next(iter(fits.values()))
             fits[REGRESSION] = replace(
                 like, observer=REGRESSION, method=REGRESSION, fit=laws[name], inertia=None

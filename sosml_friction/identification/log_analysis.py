@@ -40,6 +40,7 @@ from sosml_friction.identification.friction_fit import (
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
 from sosml_friction.identification.late_effort import BY_JOINT
+from sosml_friction.identification.law.law_checks import ODD_EVEN
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
@@ -197,6 +198,7 @@ def analyse_log(
         fit, loads = _with_regression(fit, compared)
         estimates = _with_regression_estimates(estimates, fit, robot.names)
         checks = checks.told(*_of_observers(fit)) if alone else checks
+        fit = _without_direction(fit, compared.loads)
     unavailable = _with_warnings(fit.unavailable, checks)
     if weak_too and require and not fit.joints:
         reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
@@ -232,15 +234,19 @@ def _with_regression(
     Return the fits with the laws of the regression, and friction by load beside them.
 
     Of all joints beside refitted bodies. Beside the model's own, of joints in which the weak form
-    has no fit.
+    has no fit, and of those whose friction by load, which no law by velocity has, is shown.
     """
     refitted = compared.refit is not None and bool(compared.refit.laws)
-    wanted = {name for name, fits in fit.joints.items() if refitted or WEAK_FORM not in fits}
+    wanted = {
+        name
+        for name, fits in fit.joints.items()
+        if refitted or WEAK_FORM not in fits or name in compared.loads
+    }
     if not wanted:
         return fit, ()
     laws, loads = compared.friction()
     own = {name: law for name, law in laws.items() if name in wanted}
-    return with_regression(fit, own), loads
+    return with_regression(fit, own, compared.loads), loads
 
 
 def _with_regression_estimates(
@@ -272,6 +278,23 @@ def _of_observers(fit: FrictionFit) -> list[DataFinding]:
         for name, fits in fit.joints.items()
         if not {WEAK_FORM, REGRESSION} & {*fits} and (observer := preferred_observer(fits))
     ]
+
+
+def _without_direction(fit: FrictionFit, loads: Mapping[str, Parameter]) -> FrictionFit:
+    """Return the fits without what laws say of the way, where friction by load makes it."""
+    joints = dict(fit.joints)
+    for name in [name for name in loads if name in joints]:
+        joints[name] = {
+            observer: replace(
+                one,
+                fit=replace(
+                    one.fit,
+                    checks=tuple(c for c in one.fit.checks if c.passed or c.name != ODD_EVEN),
+                ),
+            )
+            for observer, one in joints[name].items()
+        }
+    return replace(fit, joints=joints)
 
 
 def _with_ripple(
@@ -384,7 +407,9 @@ def _with_loads(
         share = plus_minus(100.0 * p.value, 100.0 * half_width(p), '%')
         what = (
             f'{share} of the load of joint {joint} is friction besides, which the law that is '
-            'fitted holds on average: its Coulomb friction is that of a joint under load; '
+            'fitted holds on average: its Coulomb friction is that of a joint under load, and its '
+            'viscous friction and what differs by direction are as far off as load goes with '
+            'speed and direction; '
             f'--terms coulomb,viscous,stribeck,{LOAD} fits both'
         )
         checks = checks.told(DataFinding('load', joint, WARNING, what))
