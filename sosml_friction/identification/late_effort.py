@@ -72,7 +72,9 @@ class LateEffort:
         after[(after == len(time)) & (later < time[-1] + 0.5 * self.step_s)] = len(time) - 1
         kept = np.flatnonzero((after < len(time)) & (later > time[0] - 0.5 * self.step_s))
         gap = np.append(0.0, np.diff(time))[after[kept]]
-        kept = kept[gap < HOLE * self.step_s]
+        # The first sample behind a hole is as good as any where it is the one that is taken.
+        at = time[after[kept]] - later[kept] < 0.5 * self.step_s
+        kept = kept[(gap < HOLE * self.step_s) | at]
         tau = np.column_stack([np.interp(later, time, own) for own in log.tau.T])
         return replace(log, tau=tau).rows(kept)
 
