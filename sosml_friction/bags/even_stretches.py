@@ -9,6 +9,9 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 
+#: A step of more periods than this is a hole. Chosen, no measurement.
+HOLE = 5.0
+
 
 def even_stretches(log: JointLog) -> list[JointLog]:
     """
@@ -32,7 +35,7 @@ def even_stretches(log: JointLog) -> list[JointLog]:
     if not len(forwards):
         return []
     step = float(np.median(forwards))
-    cuts = np.flatnonzero((steps < 0.0) | (steps > 5.0 * step)) + 1
+    cuts = np.flatnonzero((steps < 0.0) | (steps > HOLE * step)) + 1
     stretches = []
     for run in np.split(rows, cuts):
         count = round(float(time[run[-1]] - time[run[0]]) / step) + 1

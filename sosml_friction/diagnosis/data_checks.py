@@ -8,13 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from sosml_friction.bags.even_stretches import even_stretches
+from sosml_friction.bags.even_stretches import HOLE, even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import lost_share
 from sosml_friction.identification.data_checks import SHORTEST_S
 from sosml_friction.identification.data_finding import LEFT_OUT, WARNING
 from sosml_friction.identification.joint_checks import check_joint
 from sosml_friction.identification.joint_relations import Slopes
+from sosml_friction.identification.new_values import repeated_samples
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.signals import Signals
@@ -27,9 +28,6 @@ _LAG = 1.5e-3
 #: Effort in steps of more than this share of its standard deviation is called coarse. Chosen, no
 #: measurement.
 _COARSE = 0.2
-#: Repeated values over one step are this many times as frequent as over two, if noise is
-#: correlated. Chosen, no measurement.
-_CORRELATED = 1.5
 #: A recorded velocity whose scale is below this share of the slope of position is something else.
 _NO_VELOCITY = 0.2
 #: A lag is named beyond this many standard errors and this share of a sample: effort that is held
@@ -57,7 +55,8 @@ class Check:
     Hold one finding about the data.
 
     ``kind``: cut_off, time_base, dropped_samples, velocity_lag, velocity, position, quantisation,
-    motion, effort, held_effort, rest or held_joints; ``severity``: note, warning or bad;
+    motion, effort, held_effort, held_position, rest or held_joints; ``severity``: note, warning or
+    bad;
     ``joint``: its name, or '*'; ``sentence`` for a person; ``values``: the numbers, SI units in
     their names. What is bad of one joint leaves out that joint, and the others go on.
     """
@@ -91,12 +90,8 @@ def _time_base(log: JointLog) -> Check:
         return Check('time_base', 'bad', '*', 'time does not go forwards: record stamps')
     step = float(np.median(forwards))
     lost = lost_share(log.time)
-    # The same effort and position twice, where noise makes that unlikely: a repeated sample.
-    same = (np.diff(log.tau, axis=0) == 0.0).all(axis=1) & (np.diff(log.q, axis=0) == 0.0).all(
-        axis=1
-    )
-    chance = _chance_of_repeat(log)
-    repeated = float((steps == 0.0).mean() + max(float(same[steps > 0.0].mean()) - chance, 0.0))
+    again = repeated_samples(log)[1:]
+    repeated = float(np.mean(again | (steps == 0.0)))
     backward = int((steps < 0.0).sum())
     # A step of one and a half is a lost sample and no jitter.
     jitter = float(np.std(forwards[forwards < 1.5 * step]))
@@ -116,20 +111,13 @@ def _time_base(log: JointLog) -> Check:
         return Check('dropped_samples', 'bad', '*', sentence, values)
     if worst > _SOME or backward:
         sentence = (
-            f'{100 * lost:.2g} % of the samples are lost, {100 * repeated:.2g} % repeated, '
-            f'{backward} stamps go backwards; holes were bridged'
+            f'{100 * lost:.2g} % of the samples are lost, {100 * repeated:.2g} % repeat the one '
+            f'before and are left out, {backward} stamps go backwards; holes of up to '
+            f'{HOLE:g} samples are bridged, longer ones part the recording'
         )
         return Check('dropped_samples', 'warning', '*', sentence, values)
     sentence = f'{1.0 / step:.4g} samples per second, jitter {1e6 * jitter:.3g} us'
     return Check('time_base', 'note', '*', sentence, values)
-
-
-def _chance_of_repeat(log: JointLog) -> float:
-    """Return the share of repeats that quantisation explains: as many as with a gap of two."""
-    if len(log) < 10:
-        return 1.0
-    same = (log.tau[2:] == log.tau[:-2]).all(axis=1) & (log.q[2:] == log.q[:-2]).all(axis=1)
-    return _CORRELATED * float(same.mean())
 
 
 def _effort(log: JointLog, i: int, name: str) -> Check:

@@ -12,7 +12,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.data_checks import Check, check_joints, check_log, without_bad
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.held_effort import with_new_efforts
+from sosml_friction.identification.new_values import repeated_samples, with_new_values
 from sosml_friction.model.robot import Robot
 
 
@@ -33,12 +33,12 @@ class Recordings:
         good, checks = [], []
         for whole in logs:
             log = unwrapped(whole.select(robot.names))
-            own = check_log(log) + check_joints(log, robot)
-            log = without_bad(log, own)
-            if (np.diff(log.t_ns) > 0).all():
-                log, held = with_new_efforts(log)
-                own += [Check('held_effort', 'warning', '*', held)] if held else []
-            good.append(log)
+            held, told = with_new_values(log) if (np.diff(log.t_ns) > 0).all() else (log, {})
+            own = check_log(held)
+            own += [Check(kind, 'warning', '*', what) for kind, what in told.items()]
+            log = held.rows(~repeated_samples(held))
+            own += check_joints(log, robot)
+            good.append(without_bad(log, own))
             checks.append(own)
         return cls(tuple(good), tuple(check for own in checks for check in own))
 

@@ -19,9 +19,9 @@ from sosml_friction.identification.data_finding import (
     WARNING,
     DataFinding,
 )
-from sosml_friction.identification.held_effort import with_new_efforts
 from sosml_friction.identification.joint_checks import JointChecks, check_joint
 from sosml_friction.identification.joint_relations import WINDOW_S, Slopes
+from sosml_friction.identification.new_values import repeated_samples, with_new_values
 from sosml_friction.identification.stamp_checks import check_stamps
 from sosml_friction.model.robot import Robot
 
@@ -121,9 +121,9 @@ def check_data(
     log, backward = _one_pass(log, findings)
     log, repeated = _without_repeats(log, findings)
     log, incomplete = _whole_samples(log, findings)
-    log, held = with_new_efforts(_with_effort(log, findings))
-    if held:
-        findings.append(DataFinding('held_effort', '*', LEFT_OUT, held))
+    log, held = with_new_values(_with_effort(log, findings))
+    findings += [DataFinding(check, '*', LEFT_OUT, what) for check, what in held.items()]
+    log = _without_repeated_samples(log, findings)
     steps = np.diff(log.time)
     duration = float(log.time[-1])
     if len(steps) == 0 or duration < SHORTEST_S:
@@ -216,6 +216,20 @@ def _without_repeats(log: JointLog, findings: list[DataFinding]) -> tuple[JointL
         )
     findings.append(DataFinding('repeated_stamps', '*', LEFT_OUT, f'{what} and are left out'))
     return log.rows(~again), count
+
+
+def _without_repeated_samples(log: JointLog, findings: list[DataFinding]) -> JointLog:
+    """Return the log without samples that repeat the one before while a joint went on."""
+    again = repeated_samples(log)
+    count = int(again.sum())
+    if not count:
+        return log
+    what = (
+        f'{count} of {len(log)} samples repeat all of the one before while a joint went on, and '
+        'are left out as lost'
+    )
+    findings.append(DataFinding('repeated_samples', '*', LEFT_OUT, what))
+    return log.rows(~again)
 
 
 def _whole_samples(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog, int]:

@@ -86,6 +86,37 @@ def test_an_effort_that_is_repeated_is_taken_where_a_new_one_came():
     np.testing.assert_array_equal(kept.q, whole.q[5::5])
 
 
+def test_repeated_samples_and_repeated_positions_are_left_out_and_told():
+    whole = log()
+    k = np.arange(len(whole))
+    last = np.where(k % 100 < 4, k - k % 100, k)
+    filled = replace(whole, q=whole.q[last], tau=whole.tau[last])
+    recordings = Recordings.checked([filled], MODEL.make_robot())
+    (said,) = [check for check in recordings.checks if check.kind == 'dropped_samples']
+    assert said.values['repeated_share'] == pytest.approx(0.03, abs=0.003)
+    assert 'repeat the one before and are left out' in said.sentence
+    np.testing.assert_array_equal(recordings.logs[0].q, whole.q[last == k])
+
+    slow = replace(whole, q=whole.q[k // 5 * 5])
+    recordings = Recordings.checked([slow], MODEL.make_robot())
+    assert [c.kind for c in recordings.checks if c.severity == 'warning'] == ['held_position']
+    np.testing.assert_array_equal(recordings.logs[0].q, whole.q[5::5])
+
+
+def test_a_coarse_encoder_at_a_low_rate_repeats_no_samples():
+    """12 bit at 50 Hz and an effort of few counts: neighbours are equal more often than others."""
+    whole = log()
+    rows = np.arange(0, len(whole), 4)
+    count, step = 2e-3, 8.0
+    coarse = replace(
+        whole.rows(rows),
+        q=count * np.rint(whole.q[rows] / count),
+        tau=step * np.rint(whole.tau[rows] / step),
+    )
+    recordings = Recordings.checked([coarse], MODEL.make_robot())
+    assert not [check for check in recordings.checks if check.kind == 'dropped_samples']
+
+
 def test_data_of_no_use_are_refused_by_their_own_step():
     checked = Recordings.checked([log(tau=np.nan)], MODEL.make_robot())
     with pytest.raises(DataError, match='effort'):

@@ -101,6 +101,24 @@ def test_samples_that_repeat_an_effort_are_left_out(good, robot):
     assert f'of {robot.names[1]} at {0.2 / PERIOD:.3g} Hz' in said
 
 
+def test_samples_that_repeat_a_position_or_all_of_the_one_before_are_left_out(good, robot):
+    k = np.arange(len(good))
+    slow = replace(good, q=good.q[k - k % 5])
+    log, checks = check_data(slow, robot)
+    assert checks.period_s == pytest.approx(5 * PERIOD)
+    assert np.mean(np.isin(log.t_ns, good.t_ns[::5])) > 0.95
+    assert 'held_position' in {finding.check for finding in checks.findings}
+    # Eight samples that were lost and filled with the last one, again and again.
+    last = np.where(k % 100 < 8, k - k % 100, k)
+    filled = replace(good, q=good.q[last], tau=good.tau[last])
+    log, checks = check_data(filled, robot)
+    assert checks.findings[0].check == 'repeated_samples'
+    assert 'a joint went on, and are left out as lost' in checks.findings[0].sentence
+    moving = np.abs(np.gradient(good.q[:, 0], PERIOD)) > 0.04
+    assert not np.isin(good.t_ns[moving & (last < k)], log.t_ns).any()
+    assert np.isin(good.t_ns[last == k], log.t_ns).all()
+
+
 @pytest.mark.parametrize(('joint', 'i'), [('shoulder', 0), ('elbow', 1)])
 def test_the_friction_level_is_that_at_the_median_speed(good, robot, joint, i):
     """C + B |v|: the median over the windows taken differs by up to 0.15 rad/s from that here."""
