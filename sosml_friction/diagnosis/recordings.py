@@ -12,6 +12,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.data_checks import Check, check_joints, check_log, without_bad
 from sosml_friction.exceptions import DataError
+from sosml_friction.identification.glitches import without_glitches
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
 from sosml_friction.model.robot import Robot
 
@@ -36,7 +37,8 @@ class Recordings:
             held, told = with_new_values(log) if (np.diff(log.t_ns) > 0).all() else (log, {})
             own = check_log(held)
             own += [Check(kind, 'warning', '*', what) for kind, what in told.items()]
-            log = held.rows(~repeated_samples(held))
+            log, off = without_glitches(held.rows(~repeated_samples(held)))
+            own += [Check('position', 'warning', name, what) for name, what in off.items()]
             own += check_joints(log, robot)
             good.append(without_bad(log, own))
             checks.append(own)

@@ -19,6 +19,7 @@ from sosml_friction.identification.data_finding import (
     WARNING,
     DataFinding,
 )
+from sosml_friction.identification.glitches import without_glitches
 from sosml_friction.identification.joint_checks import JointChecks, check_joint
 from sosml_friction.identification.joint_relations import WINDOW_S, Slopes
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
@@ -124,6 +125,8 @@ def check_data(
     log, held = with_new_values(_with_effort(log, findings))
     findings += [DataFinding(check, '*', LEFT_OUT, what) for check, what in held.items()]
     log = _without_repeated_samples(log, findings)
+    log, off = without_glitches(log)
+    findings += [DataFinding('glitch', name, LEFT_OUT, what) for name, what in off.items()]
     steps = np.diff(log.time)
     duration = float(log.time[-1])
     if len(steps) == 0 or duration < SHORTEST_S:

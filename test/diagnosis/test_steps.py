@@ -86,7 +86,7 @@ def test_an_effort_that_is_repeated_is_taken_where_a_new_one_came():
     np.testing.assert_array_equal(kept.q, whole.q[5::5])
 
 
-def test_repeated_samples_and_repeated_positions_are_left_out_and_told():
+def test_repeated_samples_glitches_and_repeated_positions_are_left_out_and_told():
     whole = log()
     k = np.arange(len(whole))
     last = np.where(k % 100 < 4, k - k % 100, k)
@@ -96,6 +96,11 @@ def test_repeated_samples_and_repeated_positions_are_left_out_and_told():
     assert said.values['repeated_share'] == pytest.approx(0.03, abs=0.003)
     assert 'repeat the one before and are left out' in said.sentence
     np.testing.assert_array_equal(recordings.logs[0].q, whole.q[last == k])
+
+    off = replace(whole, q=whole.q + 0.5 * (k == 777)[:, None])
+    recordings = Recordings.checked([off], MODEL.make_robot())
+    assert [c.kind for c in recordings.checks if c.severity == 'warning'] == ['position']
+    np.testing.assert_array_equal(recordings.logs[0].q, whole.q[k != 777])
 
     slow = replace(whole, q=whole.q[k // 5 * 5])
     recordings = Recordings.checked([slow], MODEL.make_robot())

@@ -119,6 +119,16 @@ def test_samples_that_repeat_a_position_or_all_of_the_one_before_are_left_out(go
     assert np.isin(good.t_ns[last == k], log.t_ns).all()
 
 
+def test_a_glitch_of_an_encoder_is_left_out(good, robot):
+    q = good.q.copy()
+    q[[500, 1700], 1] += 3.0
+    log, checks = check_data(replace(good, q=q), robot)
+    (said,) = (f for f in checks.findings if f.check == 'glitch')
+    assert said.joint == robot.names[1]
+    assert len(log) == len(good) - 2
+    assert {f.check for f in checks.findings} == {'glitch', 'gaps'}
+
+
 @pytest.mark.parametrize(('joint', 'i'), [('shoulder', 0), ('elbow', 1)])
 def test_the_friction_level_is_that_at_the_median_speed(good, robot, joint, i):
     """C + B |v|: the median over the windows taken differs by up to 0.15 rad/s from that here."""

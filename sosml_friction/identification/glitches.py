@@ -1,0 +1,61 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Single positions that no motion goes to: a bit that was read wrongly."""
+
+import numpy as np
+from scipy.stats import norm
+
+from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.observers.signal_noise import signal_noise, white_noise
+
+#: Chance that noise alone makes a glitch of one sample of a recording.
+_CHANCE = 1e-3
+
+
+def glitches(time: FloatArray, q: FloatArray) -> BoolArray:
+    """
+    Return which positions (N,) of a joint are none.
+
+    The joint would go there and back at once, each faster than
+
+        v + sqrt(2) sigma z / T,
+
+    v the highest speed that it has in one direction over two steps, T the period, sigma the white
+    noise of a position, at least a count, and z the normal quantile that noise exceeds in one of N
+    samples with the chance of a thousandth.
+
+    :param time: stamps (N,) [s].
+    :param q: positions (N,) [rad or m], NaN where not known.
+    """
+    found = np.zeros(len(q), dtype=bool)
+    rows = np.flatnonzero(np.isfinite(q))
+    steps = np.diff(time[rows])
+    if not (steps > 0.0).any():
+        return found
+    period = float(np.median(steps[steps > 0.0]))
+    # Over a hole a joint goes far; a stamp that is late makes no speed.
+    speed = np.diff(q[rows]) / np.maximum(steps, period)
+    slower = np.minimum(np.abs(speed[1:]), np.abs(speed[:-1]))
+    way = np.sign(speed[1:]) * np.sign(speed[:-1])
+    top = float(np.max(slower, where=way > 0.0, initial=0.0))
+    noise = max(white_noise(q[rows]), signal_noise(q[rows])[0])
+    limit = top + np.sqrt(2.0) * noise * float(norm.isf(0.5 * _CHANCE / len(rows))) / period
+    found[rows[1:-1]] = (way < 0.0) & (slower > limit)
+    return found
+
+
+def without_glitches(log: JointLog) -> tuple[JointLog, dict[str, str]]:
+    """Return the samples without glitches of a position, and what is said of them by joint."""
+    bad = np.column_stack([glitches(log.time, q) for q in log.q.T])
+    told = {}
+    for name, q, own in zip(log.names, log.q.T, bad.T, strict=True):
+        if own.any():
+            at = np.flatnonzero(own)
+            off = float(np.max(np.abs(q[at] - 0.5 * (q[at - 1] + q[at + 1]))))
+            told[name] = (
+                f'the position of joint {name} is off by up to {off:.3g} in {len(at)} single '
+                f'samples, first in number {at[0]}: it would go there and back faster than it '
+                'ever goes one way, so that they are left out; look at its encoder and its cable'
+            )
+    return (log.rows(np.flatnonzero(~bad.any(axis=1))), told) if told else (log, told)
