@@ -41,6 +41,7 @@ _KINDS = {
     'rest': ('motion', 'bad'),
     'constant_effort': ('effort', 'bad'),
     'effort_unit': ('effort', 'bad'),
+    'lost_sign': ('effort', 'bad'),
     'dissipation': ('effort', 'bad'),
     'saturation': ('effort', 'bad'),
 }

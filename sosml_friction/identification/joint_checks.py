@@ -21,6 +21,7 @@ from sosml_friction.identification.joint_relations import (
     Slopes,
     VelocityRelation,
     effort_relation,
+    lost_sign,
     speed_limit,
     velocity_relation,
 )
@@ -152,6 +153,8 @@ def check_joint(
         return found, own_v, np.full_like(tau, np.nan), findings
     effort = effort_relation(log, robot, i, slopes, usable, free_rotor)
     refusal = _refusal(robot, i, q, tau, found, effort, _fewest_runs(v, usable))
+    if not refusal and (misfits := lost_sign(log, robot, i, slopes, usable)):
+        refusal = _without_sign(name, *misfits)
     if refusal:
         check, sentence = refusal
         findings.append(DataFinding(check, name, REFUSED, sentence))
@@ -309,6 +312,18 @@ def _refusal(
             'for A) in the mapping, or correct the masses'
         )
     return None
+
+
+def _without_sign(name: str, signed: float, as_it_is: float) -> tuple[str, str] | None:
+    """Return (check, sentence) if an effort of one sign fits its motion with two only."""
+    if signed > _WELL * as_it_is:
+        return None
+    return 'lost_sign', (
+        f'the effort of joint {name} never changes its sign, and its motion says that it did: '
+        f'with the signs that friction, gravity and inertia need they leave {_percent(signed)} of '
+        f'it unexplained, and {_percent(as_it_is)} as it is; log the torque, or the current that '
+        'makes it, with its sign, and not its size or rms'
+    )
 
 
 def _is_unit(effort: EffortRelation) -> bool:

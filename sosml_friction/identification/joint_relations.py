@@ -45,6 +45,9 @@ _FEWEST_AT_TOP, _SCATTERS, _FALLS = 30, 1.4, 1.5
 #: How much the highest speeds of both directions differ at most, and the time over which efforts
 #: are one [s]. Chosen, no measurement.
 _ONE_TOP, _ONE_S = 0.99, 0.1
+#: Times that lost signs are taken from what fits those before. Chosen, no measurement: they settle
+#: within ten.
+_TURNS = 30
 #: What a reported velocity may be instead of the slope of position, and its factor.
 VELOCITY_UNITS: Mapping[str, Mapping[str, float]] = {
     'Nm': {
@@ -198,6 +201,51 @@ def speed_limit(
     error = float(np.hypot(fast.std() / np.sqrt(counts[0]), slower.std() / np.sqrt(counts[1])))
     falls = float(slower.mean() - fast.mean()) > _FALLS * error
     return (top, at) if falls and fast.std() > _SCATTERS * slower.std() else None
+
+
+def lost_sign(
+    log: JointLog, robot: Robot, i: int, slopes: Slopes, usable: BoolArray
+) -> tuple[float, float] | None:
+    """
+    Return what motion leaves of an effort that never changes its sign, (with one, as it is).
+
+    Both are root mean squares of what friction, a constant, and gravity and inertia of free bodies
+    leave, as shares of the effort's: X b - s |tau| with the signs s of X b, and X b - tau. None
+    where the effort changes its sign, or too little is known. What weighs more than friction has
+    one sign by right, and then s is that.
+
+    :param usable: samples (N,) with known effort.
+    """
+    v, known = slopes.v[:, i], log.tau[np.isfinite(log.tau[:, i]), i]
+    one_way = np.abs(_mean(np.sign(v), slopes.half)) > _ONE_WAY
+    rows = np.flatnonzero(usable & one_way & np.isfinite(slopes.a).all(axis=1))
+    rows = rows[:: max(1, len(rows) // _ROWS)]
+    if len(rows) < _FEWEST_ROWS or known.min() < 0.0 < known.max():
+        return None
+    bodies = robot.torque_regressors(log.q[rows], slopes.v[rows], slopes.a[rows])[:, i]
+    own = np.column_stack([np.sign(v[rows]), v[rows], slopes.a[rows, i], np.ones(len(rows))])
+    X = np.column_stack([own, bodies])
+    X /= column_norms(X)
+    U, size, _ = np.linalg.svd(X, full_matrices=False)
+    U = U[:, size > 1e-9 * size[0]]
+    tau = np.abs(log.tau[rows, i])
+    whole = float(np.linalg.norm(tau))
+
+    def left(sign: FloatArray) -> float:
+        """Return the misfit of the signs that it leads to from those."""
+        for _ in range(_TURNS):
+            fitted = U @ (U.T @ (sign * tau))
+            sign = np.where(fitted < 0.0, -1.0, 1.0)
+        return float(np.linalg.norm(np.abs(fitted) - tau)) / whole
+
+    need = np.array(
+        [
+            robot.inverse_dynamics(*state)[i]
+            for state in zip(log.q[rows], slopes.v[rows], slopes.a[rows], strict=True)
+        ]
+    )
+    best = min(left(np.sign(start)) for start in (v[rows], need))
+    return best, float(np.linalg.norm(tau - U @ (U.T @ tau))) / whole
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,13 @@ def test_an_effort_that_is_limited_for_some_of_the_time_is_told():
     assert 'stays at its extreme in' in check.sentence
 
 
+def test_an_effort_without_its_sign_is_no_data():
+    log = slider_recording()
+    found = diagnose([replace(log, tau=np.abs(log.tau))], slider_model())
+    assert found.verdict == 'bad_data'
+    assert 'never changes its sign' in found.sentence
+
+
 def test_an_effort_that_is_limited_for_most_of_the_motion_is_no_data():
     """More than a fifth is what a fit refuses as well."""
     found = diagnose([limited(0.4)], slider_model())

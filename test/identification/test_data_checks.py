@@ -119,6 +119,16 @@ def test_samples_that_repeat_a_position_or_all_of_the_one_before_are_left_out(go
     assert np.isin(good.t_ns[last == k], log.t_ns).all()
 
 
+def test_an_effort_without_its_sign_is_refused_and_one_of_one_sign_by_right_is_not(good, robot):
+    """The elbow's weight is more than its friction; the shoulder's effort changes its sign."""
+    assert good.tau[:, 1].min() > 0.0 > good.tau[:, 0].min()
+    log, checks = check_data(replace(good, tau=np.abs(good.tau)), robot)
+    assert set(checks.refused) == {robot.names[0]}
+    assert 'never changes its sign, and its motion says that it did' in checks.sentences[0]
+    assert np.isnan(log.tau[:, 0]).all()
+    assert np.isfinite(log.tau[:, 1]).all()
+
+
 def test_a_glitch_of_an_encoder_is_left_out(good, robot):
     q = good.q.copy()
     q[[500, 1700], 1] += 3.0
