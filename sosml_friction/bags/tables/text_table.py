@@ -82,6 +82,8 @@ def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Colum
     width = len(rows[first].cells) if first < len(rows) else len(above[-1])
     if all(not row.cells[-1] for row in rows[first:]):
         above = [[*cells, ''] if len(cells) == width - 1 else cells for cells in above]
+    if not any(len(cells) == width for cells in above):
+        above = [_without_remarks(cells, width) for cells in above[-1:]]
     above = [cells for cells in above if len(cells) == width]
     names = _labelled([cells for cells in whole if len(cells) == width]) or _names(above, width)
     table = _without_words(rows[first:])
@@ -106,6 +108,13 @@ def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Colum
                 f'{path} has two columns {name!r} with other numbers: each needs its own name'
             )
     return dict(_without_unit(name, column) for name, column in columns.items())
+
+
+def _without_remarks(cells: list[str], width: int) -> list[str]:
+    """Return the names of the columns without those of remarks behind them, which no row has."""
+    behind = cells[width:]
+    # What has the name of a quantity is a column that the rows lack, perhaps not the last.
+    return cells if any(read_header(cell).quantity for cell in behind) else cells[:width]
 
 
 def _rows(path: Path, text: str) -> tuple[list[Row], int]:

@@ -364,3 +364,17 @@ def test_an_arrow_of_a_serial_monitor_parts_the_time(tmp_path, sep):
     _, values = values_of(tmp_path / 'x.txt')
     np.testing.assert_allclose(values[:, 0] - values[0, 0], np.arange(10.0))
     np.testing.assert_array_equal(values[:, 1], -0.5 * np.arange(10))
+
+
+@pytest.mark.parametrize(
+    ('header', 'names'),
+    [
+        ('X_Value\tAngle (rad)\tTorque (Nm)\tComment', ['X_Value', 'Angle (rad)', 'Torque (Nm)']),
+        # Which of the columns the rows lack is open.
+        ('index\tt\tq\ttau', ['0', '1', '2']),
+    ],
+)
+def test_a_remark_that_no_row_has_takes_no_names(tmp_path, header, names):
+    rows = [f'{0.1 * k:.1f}\t{-0.5 * k}\t{k}' for k in range(20)]
+    (tmp_path / 'x.lvm').with_suffix('.csv').write_text('\n'.join([header, *rows]) + '\n')
+    assert list(DataFile(tmp_path / 'x.csv')) == names
