@@ -284,20 +284,22 @@ class RecordedColumns:
             return 'counts', f'whole numbers, {span:.0f} from end to end'
         turning = [r for j, r in self.roles.items() if self.kinds.get(j) != 'prismatic']
         far = max((self._farthest(r['position']) for r in turning), default=0.0)
+        own = spans.get(joint, 0.0)
         if span <= _RAD_SPAN[1] and far > _FAR:
             return FILL_IN, (
-                f'it moves {span:.3g}, and one of the joints is at {far:.3g}: deg or mm, it '
+                f'it moves {own:.3g}, and one of the joints is at {far:.3g}: deg or mm, it '
                 'seems, or rad after many turns'
             )
+        moves = f'{own:.3g}' if own == span else f'{own:.3g}, and another joint {span:.3g}'
         if kind is not None and span < _RAD_SPAN[1]:
-            return 'rad', f'it turns in the URDF, and moves {span:.3g}'
+            return 'rad', f'it turns in the URDF, and moves {moves}'
         if _RAD_SPAN[0] <= span <= _RAD_SPAN[1] and kind is None:
             most = 'it moves' if len(spans) == 1 else 'the joint that moves most moves'
             return (
                 'rad',
                 f'taken as rad, as {most} {span:.3g}; it may be deg or turns, or m if it slides',
             )
-        return FILL_IN, f'it moves {span:.3g}, which may be rad, deg, m, mm, turns or counts'
+        return FILL_IN, f'it moves {moves}, which may be rad, deg, m, mm, turns or counts'
 
     def _farthest(self, position: str) -> float:
         """Return how far from 0 a position without a unit is, moving or not."""

@@ -1360,3 +1360,19 @@ def test_the_question_for_a_rate_quotes_a_line_that_may_say_it(tmp_path):
         path.write_text(f'{line}\nq,tau\n{rows}\n')
         told = guess_mapping(DataFile(path)).reasons['sample_rate']
         assert (f'as --rate HZ; its line {line!r} may say it' in told) is said
+
+
+def test_each_joint_is_told_how_far_it_moves_itself(tmp_path):
+    t = np.arange(0.0, 10.0, 0.01)
+    rows = zip(t, np.sin(t), 0.3 * np.sin(2.0 * t), np.cos(t), np.cos(3.0 * t), strict=True)
+    path = tmp_path / 'x.csv'
+    np.savetxt(path, list(rows), delimiter=',', header='t,q1,q2,tau1,tau2', comments='')
+    turns = [
+        f'<joint name="j{k}" type="revolute"><parent link="l{k - 1}"/><child link="l{k}"/>'
+        '<axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="9" velocity="9"/></joint>'
+        for k in (1, 2)
+    ]
+    links = '<link name="l0"/><link name="l1"/><link name="l2"/>'
+    guess = guess_mapping(DataFile(path), f'<robot name="x">{links}{"".join(turns)}</robot>')
+    assert 'and moves 2' in guess.reasons['joints.j1.position']
+    assert guess.reasons['joints.j2.position'].endswith('and moves 0.6, and another joint 2')
