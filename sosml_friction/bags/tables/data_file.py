@@ -20,6 +20,7 @@ from sosml_friction.bags.tables.date_text import read_dates
 from sosml_friction.bags.tables.excel_file import read_excel
 from sosml_friction.bags.tables.file_kind import JSON_SUFFIXES, PACKED, SUFFIXES, file_kind
 from sosml_friction.bags.tables.hdf5_file import SIGNATURE, read_hdf5
+from sosml_friction.bags.tables.header_words import without_unit
 from sosml_friction.bags.tables.long_table import widened
 from sosml_friction.bags.tables.packed_file import (
     check_size,
@@ -34,8 +35,6 @@ from sosml_friction.exceptions import ConfigurationError, DataError
 _ARRAY, _PACKED = 14, 15
 _TYPES = frozenset((*range(1, 8), 9, 12, 13, _ARRAY, 16, 17, 18))
 _PART = re.compile(r'(?P<name>.+)\[(?P<part>\d+)\]')
-#: A unit behind a name: in brackets, behind a stroke (q / rad), or behind a comma.
-_UNIT = re.compile(r'\s*([\[(][^\[\]()]*[\])]$|[/,].*$)')
 _NO_NUMBER = (
     'is not a number, nor a date such as 2025-03-30T12:00:00.005 (write decimals with a point, '
     'leave a missing value empty)'
@@ -125,13 +124,19 @@ class DataFile(Mapping[str, NDArray[Any]]):
         if name in self._variables:
             return name
         for form in (str, str.casefold):
-            for bare in (str, lambda known: _UNIT.sub('', known)):
+            for bare in (str, without_unit):
                 found = [known for known in self._variables if form(bare(known)) == form(name)]
                 if len(found) == 1:
                     return found[0]
         if name.isdecimal() and int(name) < len(self._variables):
             return list(self._variables)[int(name)]
         return None
+
+    def find_series(self, name: str) -> str:
+        """Return the whole name of a variable, or of column k of one by ``name[k]``."""
+        part = _PART.fullmatch(name)
+        table = self.find(part['name']) if part and self.find(name) is None else None
+        return f'{table}[{part["part"]}]' if part and table else self.find(name) or name
 
     def split_unit(self, entry: str) -> tuple[str, str]:
         """Return name and unit of ``NAME`` or ``NAME:UNIT``; a name may have a colon itself."""

@@ -71,6 +71,10 @@ _JOINED = (
 _OF_CAMELS = re.compile(r'(?<=[a-z])(?=[A-Z])|(?<=[A-Z0-9])(?=[A-Z][a-z])')
 #: A bracket with the number of a column, or of a motor: [3], [ID:001], (J1).
 _NUMBER = re.compile(r'[\[(]((id|axis|joint|j|motor|servo|node)\W?)?\d+[\])]', re.IGNORECASE)
+#: A unit behind a name: in brackets, behind a stroke (q / rad), or behind a comma.
+_BEHIND = re.compile(r'\s*([\[(][^\[\]()]*[\])]$|[/,].*$)')
+#: The same behind a blank, if it has a sign that no word has: 1/min, %, °/s.
+_SIGN = re.compile(r'(.*\S)\s+(\S*[°º˚%/]\S*)')
 #: Unit that a word for the quantity has with it, where none is written.
 _BY_WORD = {
     'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
@@ -136,11 +140,24 @@ def read_headers(names: Iterable[str]) -> dict[str, HeaderWord]:
     return words
 
 
+def without_unit(name: str) -> str:
+    """Return a name without the unit behind it, as it is where there is none."""
+    return _BEHIND.sub('', _bracketed(name))
+
+
+def _bracketed(name: str) -> str:
+    """Return a name with brackets about a unit that stands behind a blank and is no word."""
+    behind = _SIGN.fullmatch(name)
+    is_unit = behind is not None and plain_unit(behind[2]) in SPELLINGS
+    return f'{behind[1]} [{behind[2]}]' if behind and is_unit else name
+
+
 def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
     """Return what the name of a column says of it."""
     unit = WRITTEN['time'].get(plain_unit(name), '')
     if unit and len(name) > 1:
         return HeaderWord('time', unit, is_unit_written=True)
+    name = _bracketed(name)
     # A bracket with a number is the column of a table; of others that with a unit comes first.
     brackets = sorted(
         re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', _NUMBER.sub('', name)),

@@ -145,7 +145,7 @@ class _StatedColumns(Guesser):
 
     def _whole(self, name: str) -> str:
         """Return the name of a series as the file has it."""
-        found = self.data.find(name) or name
+        found = self.data.find_series(name)
         if found not in self.series:
             if self.data.find(name) and self.data[found].ndim < 2:
                 raise DataError(

@@ -16,6 +16,7 @@ from scipy.io import savemat
 from sosml_friction.bags.tables import packed_file
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.hdf5_file import SIGNATURE
+from sosml_friction.bags.tables.header_words import read_header
 from sosml_friction.exceptions import DataError
 
 T = np.arange(6) * 0.5
@@ -285,3 +286,12 @@ def test_messages_that_were_printed_are_no_table(tmp_path):
     (tmp_path / 'x.txt').write_text('header:\n  stamp:\n    sec: 1\nposition:\n- 0.5\n---\n' * 3)
     with pytest.raises(DataError, match='ros2 topic echo prints: let it write a table, with --cs'):
         DataFile(tmp_path / 'x.txt')
+
+
+@pytest.mark.parametrize('name', ['Istposition °', 'Istdrehzahl 1/min', 'Istmoment %', 'v rad/s'])
+def test_a_unit_that_is_no_word_may_stand_behind_a_blank(tmp_path, name):
+    (tmp_path / 'x.csv').write_text(f'Zeit ms;{name}\n' + '0;1.5\n2;2.5\n')
+    data, bare = DataFile(tmp_path / 'x.csv'), name.split()[0]
+    assert data.find(bare) == name
+    unit = {'°': 'deg', '1/min': 'rpm', '%': 'percent', 'rad/s': 'rad/s'}[name.split()[1]]
+    assert read_header(name).unit == unit

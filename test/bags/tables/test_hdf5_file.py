@@ -7,6 +7,7 @@ import pytest
 
 from sosml_friction.bags.tables import packed_file
 from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.stated_columns import Columns, map_columns
 from sosml_friction.exceptions import DataError
 
 T = np.arange(6) * 0.5
@@ -101,3 +102,18 @@ def test_a_dataset_that_unpacks_to_far_more_than_it_takes_is_refused(tmp_path, m
         )
     with pytest.raises(DataError, match='says that it unpacks to 8796093022208'):
         DataFile(tmp_path / 'x.h5')
+
+
+def test_a_column_of_a_table_with_a_unit_is_found_without_it(tmp_path):
+    h5py = pytest.importorskip('h5py')
+    path = tmp_path / 'x.h5'
+    with h5py.File(path, 'w') as content:
+        content['log/t'], content['log/q'], content['log/tau'] = T, Q, 2.0 * Q
+        content['log/q'].attrs['unit'], content['log/tau'].attrs['unit'] = 'rad', 'Nm'
+    data = DataFile(path)
+    assert data.find_series('log.q[1]') == 'log.q [rad][1]'
+    assert data.find_series('log.q [rad][1]') == 'log.q [rad][1]'
+    stated = Columns({'position': ['log.q[1]'], 'effort': ['log.tau[1]']}, time='log.t:s')
+    (joint,) = map_columns(data, stated).content['joints'].values()
+    assert joint['position'] == {'variable': 'log.q [rad][1]', 'unit': 'rad'}
+    assert joint['effort']['unit'] == 'Nm'
