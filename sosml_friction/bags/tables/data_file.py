@@ -22,6 +22,7 @@ from sosml_friction.bags.tables.file_kind import JSON_SUFFIXES, PACKED, SUFFIXES
 from sosml_friction.bags.tables.hdf5_file import SIGNATURE, read_hdf5
 from sosml_friction.bags.tables.header_words import without_unit
 from sosml_friction.bags.tables.long_table import widened
+from sosml_friction.bags.tables.overflow import without_overflow
 from sosml_friction.bags.tables.packed_file import (
     check_size,
     most_unpacked,
@@ -195,7 +196,7 @@ class DataFile(Mapping[str, NDArray[Any]]):
         """
         Return the series of the recording by name: as long as most are, tables by ``name[k]``.
 
-        Variables that hold no real numbers are not among them.
+        Variables that hold no real numbers are not among them. Counters go on where they overflow.
         """
         found: dict[str, NDArray[Any]] = {}
         for name, values in self.arrays():
@@ -206,7 +207,8 @@ class DataFile(Mapping[str, NDArray[Any]]):
                     found[f'{name}[{k}]'] = self._part(name, k)
         lengths = [len(values) for values in found.values()]
         usual = max(lengths, key=lambda n: (lengths.count(n) * (n > 1), n), default=0)
-        return {name: values for name, values in found.items() if len(values) == usual}
+        found = {name: values for name, values in found.items() if len(values) == usual}
+        return {name: without_overflow(values) for name, values in found.items()}
 
     def texts(self) -> list[list[str]]:
         """Return the words of each column that has the same ones in every row."""

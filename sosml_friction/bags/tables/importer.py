@@ -21,6 +21,7 @@ from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.lost_sign import with_sign
 from sosml_friction.bags.tables.mapping import ImportMapping, Series, Signal, read_mapping
 from sosml_friction.bags.tables.missing_markers import missing_markers
+from sosml_friction.bags.tables.overflow import without_overflow
 from sosml_friction.bags.tables.units import ANGULAR_UNITS, LINEAR_UNITS, TIME_UNITS
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
@@ -273,7 +274,14 @@ class _Reading:
             t_ns = np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
             what = f'a sample rate of {rate:g} Hz'
         else:
-            time = self._series(plan.time)
+            counted = self._series(plan.time)
+            time = without_overflow(counted)
+            if time is not counted:
+                self.tell(
+                    f'{self.path}: {plan.time.variable} begins anew at index '
+                    f'{int(np.argmax(np.diff(counted) < 0)) + 1}, where its register is full, and '
+                    'goes on from there'
+                )
             if plan.ns_per_time_unit == TIME_UNITS['d']:
                 # Spreadsheets count days from 1900 or 1904, MATLAB from the year 0.
                 time = time - time[0]
