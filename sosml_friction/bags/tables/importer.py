@@ -277,10 +277,10 @@ class _Reading:
             counted = self._series(plan.time)
             time = without_overflow(counted)
             if time is not counted:
+                first = int(np.argmax(counted[1:] < counted[:-1])) + 1
                 self.tell(
-                    f'{self.path}: {plan.time.variable} begins anew at index '
-                    f'{int(np.argmax(np.diff(counted) < 0)) + 1}, where its register is full, and '
-                    'goes on from there'
+                    f'{self.path}: {plan.time.variable} begins anew at index {first}, where its '
+                    'register is full, and goes on from there'
                 )
             if plan.ns_per_time_unit == TIME_UNITS['d']:
                 # Spreadsheets count days from 1900 or 1904, MATLAB from the year 0.

@@ -20,11 +20,15 @@ def without_overflow(values: NDArray[Any]) -> NDArray[Any]:
     """
     if values.dtype.kind not in 'iu' or not len(values):
         return values
-    steps = np.diff(values)
+    if values.min() < 0 or values.max() >= _REGISTER:
+        return values
+    # A difference of unsigned numbers is never below 0.
+    counts = values.astype(np.int64)
+    steps = np.diff(counts)
     back = steps < 0
-    if not back.any() or back.all() or values.min() < 0 or values.max() >= _REGISTER:
+    if not back.any() or back.all():
         return values
     anew = steps[back] + _REGISTER
     if anew.min() <= 0 or anew.max() > steps[~back].max():
         return values
-    return np.asarray(values + _REGISTER * np.append(0, np.cumsum(back)))
+    return np.asarray(counts + _REGISTER * np.append(0, np.cumsum(back)))

@@ -17,8 +17,9 @@ from sosml_friction.bags.tables.stated_columns import Columns, map_columns
 CLOCK = 2**32 - 1_000_000 + 2000 * np.delete(np.arange(2000), 700)
 
 
-def test_a_counter_goes_on_where_its_register_is_full():
-    np.testing.assert_array_equal(without_overflow(CLOCK % 2**32), CLOCK)
+@pytest.mark.parametrize('kind', [np.int64, np.uint32])
+def test_a_counter_goes_on_where_its_register_is_full(kind):
+    np.testing.assert_array_equal(without_overflow((CLOCK % 2**32).astype(kind)), CLOCK)
     # A wheel of its own: twice around.
     twice = np.arange(0, 3 * 2**32, 2**28)
     np.testing.assert_array_equal(without_overflow(twice % 2**32), twice)
