@@ -48,13 +48,17 @@ class LateEffort:
         """
         Return what a fit with a delay found; None unless it shows one very strongly.
 
+        Effort that is early by an interval at most is left alone: a controller that answers a
+        position in the next cycle is as early, and so seems friction that is no law's, as in the
+        EMPS record, of which more is left when it is undone.
+
         :param undone: how many samples sooner the effort of ``logs`` was taken already.
         """
         (term,) = (term for term in fit.terms if term.term == DELAY)
         p, step = term.parameters['delay'], float(np.median([log.step for log in logs]))
         delay = undone * step + p.value
         sure = abs(delay) <= LARGEST_S and p.value**2 > VERY_STRONG * p.std_error**2
-        if not sure or term.objection:
+        if not sure or term.objection or -step <= delay <= 0.0:
             return None
         return cls(delay, p.std_error, step, _whole(delay / step))
 

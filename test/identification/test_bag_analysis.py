@@ -81,7 +81,7 @@ def test_the_weak_form_is_not_told_the_width_of_the_sign_and_the_model_has_what_
     np.testing.assert_allclose(levels[known], law[known], atol=0.3)
 
 
-def test_a_joint_without_weak_form_keeps_what_it_had(bag, monkeypatch):
+def test_a_joint_without_weak_form_has_the_law_of_the_regression_besides(bag, monkeypatch):
     from sosml_friction.exceptions import DataError
     from sosml_friction.identification import weak_form
 
@@ -90,7 +90,7 @@ def test_a_joint_without_weak_form_keeps_what_it_had(bag, monkeypatch):
 
     monkeypatch.setattr(weak_form.WeakForm, 'fit', refuse)
     analysis = analyse_bag(bag, settings=FitSettings(method='weak'))
-    assert list(analysis.fit.joints['slider']) == ['first_order', 'sosml']
+    assert list(analysis.fit.joints['slider']) == ['first_order', 'sosml', 'regression']
     assert analysis.fit.unavailable['slider'] == 'the weak form has no fit: too few pieces'
     assert np.isnan(analysis.estimates['weak_form']).all()
     friction = analysis.model.joints['slider'].friction
