@@ -23,13 +23,12 @@ class PositionDependentFriction(EffortTerm):
     Add s (A cos w q + B sin w q): friction with w periods per rad or m, its sign by direction.
 
     ``frequency`` w [rad/rad or rad/m]: 1 and 2 per turn, as of an eccentric wheel; along a slide
-    any, from half a period in the range of motion on, which together make any course.
+    the multiples of half a period in the range of motion, which together make any course.
     """
 
     identifier: ClassVar[str] = 'position_dependent_friction'
     amplitudes: ClassVar[Mapping[str, str]] = {'cosine': '{effort}', 'sine': '{effort}'}
     inner: ClassVar[Mapping[str, str]] = {'frequency': 'rad/{length}'}
-    refined: ClassVar[tuple[str, ...]] = ('frequency',)
     axis: ClassVar[str] = 'position'
     repeats: ClassVar[bool] = True
 
@@ -48,13 +47,6 @@ class PositionDependentFriction(EffortTerm):
             return ({'frequency': 1.0}, {'frequency': 2.0})
         half = np.pi / float(signals.scales.span[joint])
         return tuple({'frequency': k * half} for k in range(1, 2 * _PERIODS + 1))
-
-    def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
-        """Return the physical range along a slide; a turning joint's period is a turn."""
-        if signals.length_unit(joint) == 'rad':
-            return {}
-        half = np.pi / float(signals.scales.span[joint])
-        return {'frequency': (half, 2 * _PERIODS * half)}
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""

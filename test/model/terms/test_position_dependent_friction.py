@@ -17,7 +17,7 @@ from sosml_friction.regression.settings import DiagnosisSettings
 
 @pytest.mark.parametrize('periods', [0.8, 2.7])
 def test_friction_over_a_linear_axis_is_found_whatever_its_period(periods):
-    """Nothing else makes up for it, and where it is the one wave that was tried it is told so."""
+    """Nothing else makes up for it: multiples of half a period in the range make any course."""
     t = np.arange(0.0, 40.0, 4e-3)
     q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
     w = 2.0 * np.pi * periods / float(np.ptp(q))
@@ -32,13 +32,6 @@ def test_friction_over_a_linear_axis_is_found_whatever_its_period(periods):
     )
     assert found.verdict == 'named'
     assert {cause.effect for cause in found.causes} == {'position_dependent_friction'}
-    first = found.causes[0].parameters
-    if periods > 1.0:
-        # Less than a period is as well a part of a slower wave.
-        own = first['frequency']
-        assert abs(own.value - w) < 3.0 * own.std_error
-        size = np.hypot(first['cosine'].value, first['sine'].value)
-        assert size == pytest.approx(5.0, rel=0.05)
     assert found.gain.inverse_after[0] < 0.3 * found.gain.inverse_before[0]
 
 
