@@ -183,7 +183,7 @@ def main() -> int:
         folder = Path(tempfile.mkdtemp(prefix='busy_'))
         try:
             with busy(options.load), standstills(options.standstills, seed):
-                run = run_chain(folder, seed, identifier=(f'plateau:={PLATEAU_S}',))
+                run = run_chain(folder, seed, plateau=PLATEAU_S)
                 load = os.getloadavg()[0]
             told, broken = judge(run)
             if analyse_bag(run / 'bag').body is not None:

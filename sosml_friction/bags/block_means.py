@@ -9,6 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.sampling import HOLE
 from sosml_friction.exceptions import DataError
 
 #: Samples from which on means are taken: ten minutes of 1 kHz. Chosen by what an hour costs:
@@ -20,8 +21,6 @@ _LEAST_HZ = 150.0
 #: Blocks whose samples are taken together: an array of all of them would be another recording.
 #: Chosen, no measurement.
 _AT_ONCE = 16_384
-#: A step of more than this many median ones is a hole, as for even_stretches.
-HOLE = 5.0
 
 
 def block_means(

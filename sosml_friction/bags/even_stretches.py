@@ -8,9 +8,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
-
-#: A step of more periods than this is a hole. Chosen, no measurement.
-HOLE = 5.0
+from sosml_friction.bags.sampling import HOLE
 
 
 def even_stretches(log: JointLog) -> list[JointLog]:

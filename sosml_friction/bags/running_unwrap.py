@@ -10,10 +10,10 @@ from collections import deque
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.sampling import HOLE
 from sosml_friction.bags.wrap import (
     BESIDE,
     HALF,
-    HOLE,
     LEAST,
     SAME,
     named_period,

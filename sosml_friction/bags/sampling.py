@@ -12,6 +12,9 @@ from sosml_friction.arrays import BoolArray, FloatArray
 
 #: A step of fewer periods than this holds no other sample.
 _LONG = 1.5
+#: A step of more median steps than this is a hole: what happened in it is not known. Chosen, no
+#: measurement.
+HOLE = 5.0
 #: Steps to either side in which a stamp that came late is made up for.
 _BESIDE = 2
 

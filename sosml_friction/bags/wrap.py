@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.sampling import HOLE
 
 if TYPE_CHECKING:
     from sosml_friction.bags.joint_log import JointLog
@@ -25,8 +26,6 @@ _TURNS = (2.0 * np.pi, 4.0 * np.pi, np.pi, 360.0, 180.0)
 _DIGITS = (1, 2)
 #: Fewest wraps by another period: one or two may be recordings that were joined.
 _FEWEST = 3
-#: A longer step than this [median steps] is a hole, and no wrap.
-HOLE = 5.0
 #: Share of a period that steps of motion are within, but for one of a hundred, which may be a bad
 #: sample, and fewest such steps: normal noise jumps by four times the largest of twenty steps in
 #: two samples of 10^7 (integral of its distribution).

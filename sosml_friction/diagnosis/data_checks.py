@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from sosml_friction.bags.even_stretches import HOLE, even_stretches
+from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import lost_share
+from sosml_friction.bags.sampling import HOLE, lost_share
 from sosml_friction.identification.data_checks import SHORTEST_S
 from sosml_friction.identification.data_finding import LEFT_OUT, WARNING
 from sosml_friction.identification.joint_checks import check_joint

@@ -12,7 +12,6 @@ from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_ta
 from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
 from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.decision.tones import why_a_tone
 from sosml_friction.diagnosis.decision.verdict import not_shown
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
@@ -293,12 +292,12 @@ def _refused(selection: Selection, names: tuple[str, ...]) -> str:
 
 def _tone_instead(selection: Selection, names: tuple[str, ...]) -> str:
     """Return that a tone of time explains more than the best cause, with a blank after it."""
-    best, reason = selection.rejected, why_a_tone(selection.rejected)
-    if best is None or not reason:
+    best = selection.rejected
+    if best is None or not best.instead:
         return ''
     effect, joint = best.reported(names)
     where = 'all joints' if joint == ALL_JOINTS else joint
-    return f'Of causes {words(effect)} ({where}) comes closest, and {reason} than it. '
+    return f'Of causes {words(effect)} ({where}) comes closest, and {best.instead} explains more. '
 
 
 def _joints(found: Sequence[Leftover]) -> list[int]:

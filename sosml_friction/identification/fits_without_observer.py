@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fits that need no observer, beside those of the observers: weak form and output error."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TypeVar
@@ -13,14 +13,12 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError, MotionError
 from sosml_friction.identification.friction_fit import (
-    REGRESSION,
     WEAK_FORM,
     FitSettings,
     FrictionFit,
     JointFit,
 )
 from sosml_friction.identification.inverse_model import InverseFits
-from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.output_error.fits import (
     OUTPUT_ERROR,
     OutputErrorFits,
@@ -96,32 +94,6 @@ def _each(
         except DataError as error:
             failed[i] = error
     return found, failed
-
-
-def with_regression(
-    fit: FrictionFit, laws: Mapping[str, LawFit], certain: Collection[str] = ()
-) -> FrictionFit:
-    """
-    Return the fits with those of the regression beside rigid bodies.
-
-    In joints in which the weak form, beside the same bodies, finds no Stribeck term, or has no
-    fit: the regression has none. Where one shows and its numbers are ranges, C and B may be as
-    well, and a law without it is no surer.
-
-    :param certain: joints whose friction by load is beyond doubt: what the weak form, which has
-        none, takes for a Stribeck term is that.
-    """
-    joints = {name: dict(fits) for name, fits in fit.joints.items()}
-    for name, fits in joints.items():
-        weak = fits.get(WEAK_FORM)
-        if name not in laws:
-            continue
-        if weak is None or name in certain or 'stribeck' not in weak.fit.drawn:
-            like = weak or next(iter(fits.values()))
-            fits[REGRESSION] = replace(
-                like, observer=REGRESSION, method=REGRESSION, fit=laws[name], inertia=None
-            )
-    return replace(fit, joints=joints)
 
 
 def with_output_error(

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sosml_friction.bags.block_means import HOLE
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.sampling import HOLE
 from sosml_friction.identification.data_finding import WARNING, DataFinding
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.number_text import plus_minus

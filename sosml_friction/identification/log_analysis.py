@@ -20,7 +20,6 @@ from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, WARNING, 
 from sosml_friction.identification.effort_timing import TIMING
 from sosml_friction.identification.fits_without_observer import (
     with_output_error,
-    with_regression,
     with_weak_form,
 )
 from sosml_friction.identification.fitted_model import (
@@ -31,7 +30,6 @@ from sosml_friction.identification.fitted_model import (
     unusable_reason,
 )
 from sosml_friction.identification.friction_fit import (
-    REGRESSION,
     WEAK_FORM,
     FitSettings,
     FrictionFit,
@@ -40,11 +38,16 @@ from sosml_friction.identification.friction_fit import (
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
 from sosml_friction.identification.late_effort import BY_JOINT
-from sosml_friction.identification.law.law_checks import ODD_EVEN
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
 from sosml_friction.identification.parameter_interval import half_width
+from sosml_friction.identification.regression_laws import (
+    laws_of_observers,
+    with_regression,
+    with_regression_estimates,
+    without_direction,
+)
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
 from sosml_friction.identification.weak_form import WeakForm, shown_by_slope
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -195,10 +198,10 @@ def analyse_log(
         fit = with_variance(fit, body.variance)
     loads: tuple[EffectTerm, ...] = ()
     if weak_too:
-        fit, loads = _with_regression(fit, compared)
-        estimates = _with_regression_estimates(estimates, fit, robot.names)
-        checks = checks.told(*_of_observers(fit)) if alone else checks
-        fit = _without_direction(fit, compared.loads)
+        fit, loads = with_regression(fit, compared)
+        estimates = with_regression_estimates(estimates, fit, robot.names)
+        checks = checks.told(*laws_of_observers(fit)) if alone else checks
+        fit = without_direction(fit, compared.loads)
     unavailable = _with_warnings(fit.unavailable, checks)
     if weak_too and require and not fit.joints:
         reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
@@ -225,76 +228,6 @@ def analyse_log(
     return BagAnalysis(
         log, estimates, configuration, fit, fitted, inverse, checks, output_error, body, ripple
     )
-
-
-def _with_regression(
-    fit: FrictionFit, compared: BodyComparison
-) -> tuple[FrictionFit, tuple[EffectTerm, ...]]:
-    """
-    Return the fits with the laws of the regression, and friction by load beside them.
-
-    Of all joints beside refitted bodies. Beside the model's own, of joints in which the weak form
-    has no fit, and of those whose friction by load, which no law by velocity has, is shown.
-    """
-    refitted = compared.refit is not None and bool(compared.refit.laws)
-    wanted = {
-        name
-        for name, fits in fit.joints.items()
-        if refitted or WEAK_FORM not in fits or name in compared.loads
-    }
-    if not wanted:
-        return fit, ()
-    laws, loads = compared.friction()
-    own = {name: law for name, law in laws.items() if name in wanted}
-    return with_regression(fit, own, compared.loads), loads
-
-
-def _with_regression_estimates(
-    estimates: Mapping[str, FloatArray], fit: FrictionFit, names: Sequence[str]
-) -> dict[str, FloatArray]:
-    """Return the estimates with those that laws of the regression are drawn over."""
-    if not any(REGRESSION in fits for fits in fit.joints.values()):
-        return dict(estimates)
-    own = estimates[WEAK_FORM].copy()
-    for i, name in enumerate(names):
-        fits = fit.joints.get(name, {})
-        observer = next(iter(fits), '')
-        if WEAK_FORM not in fits and observer in estimates:
-            own[:, i] = estimates[observer][:, i]
-    return {**estimates, REGRESSION: own}
-
-
-def _of_observers(fit: FrictionFit) -> list[DataFinding]:
-    """Return what is to be known of joints whose law is that of an observer."""
-    return [
-        DataFinding(
-            'observer_law',
-            name,
-            WARNING,
-            f'the law of joint {name} is that of an observer, {observer}: what its lag and its '
-            'smoothing do to C and B is not in their intervals; record several speeds in both '
-            'directions, so that the weak form has a fit',
-        )
-        for name, fits in fit.joints.items()
-        if not {WEAK_FORM, REGRESSION} & {*fits} and (observer := preferred_observer(fits))
-    ]
-
-
-def _without_direction(fit: FrictionFit, loads: Mapping[str, Parameter]) -> FrictionFit:
-    """Return the fits without what laws say of the way, where friction by load makes it."""
-    joints = dict(fit.joints)
-    for name in [name for name in loads if name in joints]:
-        joints[name] = {
-            observer: replace(
-                one,
-                fit=replace(
-                    one.fit,
-                    checks=tuple(c for c in one.fit.checks if c.passed or c.name != ODD_EVEN),
-                ),
-            )
-            for observer, one in joints[name].items()
-        }
-    return replace(fit, joints=joints)
 
 
 def _with_ripple(

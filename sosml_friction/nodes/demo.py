@@ -94,7 +94,7 @@ def run_chain(
     output: Path,
     seed: int = 0,
     step: Step = lambda what, share=None: None,
-    identifier: Sequence[str] = (),
+    plateau: float | None = None,
 ) -> Path:
     """
     Run emulator, driver, observers and identifier through T1 and return the run's folder.
@@ -103,7 +103,7 @@ def run_chain(
     DDS domain is this process's own and confined to this machine, whatever ROS_DOMAIN_ID says.
 
     :param step: called with the phase in words and, while the robot moves, the share done.
-    :param identifier: more parameters of the identifier, each ``name:=value``.
+    :param plateau: length of a plateau [s], None for T1's.
     :raises ActuatorError: if a node ends or does not answer; the sentence quotes its last words.
     :raises ConfigurationError: if ``output`` cannot be written.
     """
@@ -112,6 +112,9 @@ def run_chain(
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
     port = _free_port()
+    identifier = [f'output:={output.resolve()}', f'run_name:={RUN}']
+    if plateau is not None:
+        identifier.append(f'plateau:={float(plateau)}')
     nodes = {
         'emulator_node': [f'can_channel:=127.0.0.1:{port}', f'seed:={seed}', *PATIENT_HARDWARE],
         'driver_node': [
@@ -120,7 +123,7 @@ def run_chain(
             *PATIENT_DRIVER,
         ],
         'observer_node': [*_STATED_GAP],
-        'identifier_node': [f'output:={output.resolve()}', f'run_name:={RUN}', *identifier],
+        'identifier_node': identifier,
     }
     file = share_directory() / 'config' / 'exoskeleton.yaml'
     with ExitStack() as stack:

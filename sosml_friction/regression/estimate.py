@@ -214,11 +214,10 @@ class Linear:
         slopes: list[CandidateColumns] = []
         owners: list[tuple[int, str, float, tuple[float, float]]] = []
         for k, (each, part) in enumerate(with_amplitudes(placed, len(laboratory.nominal.bound))):
-            bounds = each.term.inner_bounds(laboratory.signals[0], each.joint)
-            for name in each.term.refined:
-                if name in bounds and (k, name) not in held:
+            for name, ends in each.term.searched_inner(laboratory.signals[0], each.joint).items():
+                if (k, name) not in held:
                     slopes.append(_slope(laboratory, each, name, x[part]))
-                    owners.append((k, name, float(each.inner[name]), bounds[name]))
+                    owners.append((k, name, float(each.inner[name]), ends))
         stands_for = [
             each.term.axis != 'acceleration'
             and (each.term.parameter_error or each.term.axis != 'body')

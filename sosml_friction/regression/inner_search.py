@@ -32,8 +32,7 @@ def refine(
     and Mead's simplex, within their physical range; sizes by their logarithm, a frequency by
     cycles over the range of motion.
     """
-    known = term.inner_bounds(laboratory.signals[0], joint)
-    bounds = {name: known[name] for name in term.refined if name in known}
+    bounds = term.searched_inner(laboratory.signals[0], joint)
 
     def at(inner: Inner) -> tuple[Score, CandidateColumns]:
         its = laboratory.single(term, joint, inner).beside(fit.system)

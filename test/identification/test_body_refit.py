@@ -237,14 +237,18 @@ def test_a_motion_that_does_not_tell_the_rotor_says_so():
     assert '--armature' in armature.experiment
 
 
-def test_a_rotor_that_cannot_make_up_for_too_much_body_has_no_interval():
-    """Of half the inertia that the bodies have: it had 0, with an interval from 0 to 0."""
+def swung_by(inertia: float) -> JointLog:
+    """Return 30 s of a joint of such an inertia [kg m2] in one sine, with 2 Nm of friction."""
     t = np.arange(0.0, 30.0, 0.005)
     q, v, a = 0.1 * np.sin(3.0 * t), 0.3 * np.cos(3.0 * t), -0.9 * np.sin(3.0 * t)
-    tau = 3.0 * a + 2.0 * np.sign(v) + np.random.default_rng(SEED).normal(0.0, 0.1, len(t))
+    tau = inertia * a + 2.0 * np.sign(v) + np.random.default_rng(SEED).normal(0.0, 0.1, len(t))
     columns = [x[:, None] for x in (q, v, tau)]
-    log = JointLog(('joint',), np.rint(t * 1e9).astype(np.int64), *columns)
-    refit = BodyComparison.of([log], unstated(axis_model(6.0))).refit
+    return JointLog(('joint',), np.rint(t * 1e9).astype(np.int64), *columns)
+
+
+def test_a_rotor_that_cannot_make_up_for_too_much_body_has_no_interval():
+    """Of half the inertia that the bodies have: it had 0, with an interval from 0 to 0."""
+    refit = BodyComparison.of([swung_by(3.0)], unstated(axis_model(6.0))).refit
     (armature,) = refit.armature.values()
     assert (armature.value, armature.flags) == (0.0, (NOT_IDENTIFIABLE,))
     assert not np.isfinite(armature.interval[1])
@@ -256,11 +260,7 @@ def test_a_rotor_that_cannot_make_up_for_too_much_body_has_no_interval():
 
 def test_effort_is_not_held_against_a_rotor_that_nobody_stated():
     """Twelve times the mass of the body is wrong where the rotor is known, and else is it."""
-    t = np.arange(0.0, 30.0, 0.005)
-    q, v, a = 0.1 * np.sin(3.0 * t), 0.3 * np.cos(3.0 * t), -0.9 * np.sin(3.0 * t)
-    tau = 12.0 * a + 2.0 * np.sign(v) + np.random.default_rng(SEED).normal(0.0, 0.1, len(t))
-    columns = [x[:, None] for x in (q, v, tau)]
-    log = JointLog(('joint',), np.rint(t * 1e9).astype(np.int64), *columns)
+    log = swung_by(12.0)
     robot = axis_model(1.0).make_robot()
     checks = [check_data(log, robot, '', free)[1] for free in ((), ('joint',))]
     assert [bool({**own.warnings, **own.refused}) for own in checks] == [True, False]

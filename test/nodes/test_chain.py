@@ -35,10 +35,8 @@ from validation.busy import judge, replayed
 
 PARAMETERS = share_directory() / 'config' / 'exoskeleton.yaml'
 OBSERVERS = ('first_order', 'sosml')
-#: T1 in full and in short: the least length of the run [s], its plateaus [s] and speeds [rad/s].
-FULL = 60.0, 1.6, [0.05, 0.1, 0.2, 0.35, 0.5, 0.7]
-SHORT = 31.0, 0.4, [0.05, 0.1, 0.2, 0.35, 0.5, 0.7]
-LEAST, PLATEAU, SPEEDS = FULL if 'SOSML_FRICTION_SEEDS' in os.environ else SHORT
+#: The least length of the run [s], and the plateaus that make it with the speeds of T1 [s].
+LEAST, PLATEAU = (60.0, 1.6) if 'SOSML_FRICTION_SEEDS' in os.environ else (31.0, 0.4)
 
 
 @pytest.fixture(scope='module')
@@ -54,8 +52,7 @@ def run(tmp_path_factory: pytest.TempPathFactory, phases: list[str]) -> Path:
         if not phases or phases[-1] != what:
             phases.append(what)
 
-    t1 = (f'plateau:={PLATEAU}', f'speeds:={SPEEDS}')
-    return run_chain(tmp_path_factory.mktemp('chain'), 1, note, identifier=t1)
+    return run_chain(tmp_path_factory.mktemp('chain'), 1, note, plateau=PLATEAU)
 
 
 @pytest.fixture(scope='module')
@@ -213,7 +210,7 @@ def test_the_recorded_trajectory_is_t1_and_names_its_commander(run, bag):
     settings = yaml.safe_load(PARAMETERS.read_text())['/**/identifier_node']['ros__parameters']
     centre = dict(zip(names, settings['centre'], strict=True))
     start = dict(zip(names, log.select(names).q[0].tolist(), strict=True))
-    planned = speed_ladder(start, centre, SPEEDS, PLATEAU, settings['ramp'])
+    planned = speed_ladder(start, centre, settings['speeds'], PLATEAU, settings['ramp'])
     (sent,) = bag.trajectories()
     assert sent.names == names
     np.testing.assert_allclose(sent.times, planned.t, atol=1e-3)

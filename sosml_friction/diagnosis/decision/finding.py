@@ -20,7 +20,8 @@ class Finding:
     ``delta_bic``: fall of the cost less the price of its parameters and of its grid; ``floor``:
     what ``score.cv_gain`` has to exceed; ``objection``: why it is physically impossible, or '';
     ``reduced``: the cause that it is where its own part is not seen, or ''. ``rivals``: what
-    explains as much; ``failed``: the gates that it did not pass.
+    explains as much; ``failed``: the gates that it did not pass. ``instead``: the tones of time
+    that explain more, or ''.
     """
 
     effect: Term
@@ -34,6 +35,7 @@ class Finding:
     reduced: str = ''
     rivals: tuple[Finding, ...] = ()
     failed: tuple[str, ...] = ()
+    instead: str = ''
 
     @property
     def key(self) -> tuple[str, int]:

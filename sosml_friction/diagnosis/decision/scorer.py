@@ -76,7 +76,7 @@ class Scorer:
         objection = objection or self.refused.get((effect.key, joint), '')
         rows = float(self.laboratory.known[columns.rows].sum())
         amplitudes = int((s.amplitude != 0.0).sum())
-        k = max(amplitudes + len(self._searched(effect, joint)), 1)
+        k = max(amplitudes + len(effect.searched_inner(self.laboratory.signals[0], joint)), 1)
         price = float(k * np.log(rows) + 2.0 * np.log(grid))
         told = not effect.at_reversals or effect.elsewhere_too
         told = told or bool(objection and not effect.reversals_alone)
@@ -139,16 +139,11 @@ class Scorer:
             s, gain=there.gain, cv_gain=there.cv_gain, cv_se=there.cv_se, energy=there.energy
         )
 
-    def _searched(self, effect: Term, joint: int) -> list[str]:
-        """Return the inner parameters of an effect that are continuous in a joint."""
-        known = effect.inner_bounds(self.laboratory.signals[0], joint)
-        return [name for name in effect.refined if name in known]
-
     def refine(self, fit: Fit, finding: Finding) -> Finding:
         """Return a finding with its continuous inner parameters where the cost is least."""
         effect, joint = finding.effect, finding.joint
         inner, s, columns = refine(self.laboratory, fit, effect, joint, finding.inner)
-        if not self._searched(effect, joint):
+        if not effect.searched_inner(self.laboratory.signals[0], joint):
             return replace(finding, columns=columns)
         grid = next(len(c.grid) for c in self.laboratory.candidates if c.key == finding.key)
         return self._finding(fit, effect, joint, inner, s, columns, grid)

@@ -95,8 +95,8 @@ class Selector:
                 continue
             rivals = Rivals(lab, result.system, top, found)
             best = self._as_stated(result, chosen(rivals, self._judged), rivals)
-            if not best.failed and (reason := tone_in_place(lab, result.fit, best)):
-                best = replace(best, failed=(reason,))
+            if not best.failed and (tone := tone_in_place(lab, result.fit, best)):
+                best = replace(best, instead=tone, failed=(f'{tone} explains more',))
             if best.failed:
                 return replace(result, rejected=best)
             result = result.refitted(lab, [*result.accepted, best])

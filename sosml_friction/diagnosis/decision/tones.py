@@ -19,12 +19,10 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: 0.35 and more.
 TONE_SHARE = 0.2
 #: Largest probability that noise has such a tone: once in a hundred recordings.
-TONE_CHANCE = 0.01
+_TONE_CHANCE = 0.01
 #: Points between two lines of the periodogram, of all the time that there is: a tone between two
 #: of them loses 1 - sinc(1 / 8)^2 = 5 % of its energy.
 _BETWEEN = 4
-#: How the reason ends why a cause is none: one or more tones of time.
-_EXPLAINS_MORE = 'explains more'
 
 
 def tones(
@@ -39,7 +37,7 @@ def tones(
     q = band.at_rows(signals.q)[ORDER:]
     for i in joints:
         tone = strongest_tone(rows[:, i], laboratory.noise[i], band.output_step, band.cutoff)
-        loud = tone.share >= TONE_SHARE and tone.chance <= TONE_CHANCE
+        loud = tone.share >= TONE_SHARE and tone.chance <= _TONE_CHANCE
         if loud and not tone.follows(q, band.output_step):
             found.append((i, tone))
     return found
@@ -47,7 +45,7 @@ def tones(
 
 def tone_in_place(laboratory: WhitenedRegression, fit: Fit, best: Finding) -> str:
     """
-    Return why a cause may be tones of time instead, '' where they explain less.
+    Return the tones of time that may be there instead of a cause, '' where they explain less.
 
     A loop moves at what shakes it, and so slowly otherwise that inertia, delay or elasticity are
     the same line of the spectrum. Tones have three numbers in each joint, and are the reason where
@@ -70,10 +68,4 @@ def tone_in_place(laboratory: WhitenedRegression, fit: Fit, best: Finding) -> st
             hertz.append(f'{tone.hertz:.3g}')
     if evidence <= best.delta_bic:
         return ''
-    return f'a tone of {" and ".join(hertz)} Hz {_EXPLAINS_MORE}'
-
-
-def why_a_tone(finding: Finding | None) -> str:
-    """Return why a finding is a tone of time instead, '' where it is not."""
-    failed = () if finding is None else finding.failed
-    return next((reason for reason in failed if reason.endswith(_EXPLAINS_MORE)), '')
+    return f'a tone of {" and ".join(hertz)} Hz'

@@ -12,7 +12,6 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.decision.tones import why_a_tone
 from sosml_friction.model.parameter import Z_95, Parameter
 from sosml_friction.model.terms.kinds.term import TERMS
 
@@ -33,9 +32,9 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     if any(cause.effect not in FAULTS for cause in causes):
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
     # What only an impossible cause or a tone of time explains is not explained.
-    if selection.remainder.beyond_chance or selection.refused is not None:
-        return 'unknown_structure'
-    if why_a_tone(selection.rejected):
+    best = selection.rejected
+    is_a_tone = best is not None and bool(best.instead)
+    if selection.remainder.beyond_chance or selection.refused is not None or is_a_tone:
         return 'unknown_structure'
     return 'named' if causes else 'nothing_above_floor'
 

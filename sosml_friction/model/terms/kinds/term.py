@@ -246,5 +246,10 @@ class Term(ABC):
         """Return the physical range of each refined inner parameter."""
         return {}
 
+    def searched_inner(self, signals: Recording, joint: int) -> dict[str, tuple[float, float]]:
+        """Return the inner parameters that are searched in a joint, with their physical range."""
+        bounds = self.inner_bounds(signals, joint)
+        return {name: bounds[name] for name in self.refined if name in bounds}
+
 
 TERMS: Registry[Term] = Registry('term', 'sosml_friction.model.terms')

@@ -144,9 +144,10 @@ def resonances(signals: Recording, joint: int) -> FloatArray:
     """
     Return stiffnesses with resonances from a thirtieth of the band to just above it.
 
-    Of a band of 25 to 50 Hz that is 0.8 to 1.6 Hz: what is softer is seen to swing.
+    Of a band of 25 to 50 Hz that is 0.8 to 1.6 Hz: what is softer is seen to swing. As many as a
+    small grid has (band_rows.SMALL_GRID): of a larger one only some lines are no noise.
     """
     inertia = signals.robot.inertia(np.median(signals.q, axis=0))[joint, joint]
     inertia -= signals.robot.armature[joint]
-    frequencies = signals.band.cutoff * 1.2 * 7.2 ** (np.arange(-11, 1) / 6.0)
+    frequencies = signals.band.cutoff * np.geomspace(1.0 / 30.0, 1.2, 12)
     return np.asarray(max(inertia, 1e-9) * (2.0 * np.pi * frequencies) ** 2)
