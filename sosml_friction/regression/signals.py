@@ -442,6 +442,10 @@ def _with_fitted_sign(prepared: list[Signals], knees: Sequence[float]) -> list[S
     scales, n = prepared[0].scales, prepared[0].robot.n
     displacement, width = scales.displacement.copy(), scales.width.copy()
     for i in range(n):
+        sign = np.concatenate([signals.sign[:, i] for signals in prepared])
+        if sign.min() >= 0.0 or sign.max() <= 0.0:
+            # Of a joint that never turns around it is a constant, whatever it changes over.
+            continue
         U, y = _beside_sign(prepared, i)
         over = (scales.displacement[i] * np.array(_SIGN_SHARES)).tolist()
         tried = [(x, float(width[i])) for x in over]
@@ -521,7 +525,7 @@ def _best_sign(
         for bend in _BENDS:
             state = both[:, 0] + bend * both[:, 1]
             size = max(float(state @ state), 1e-300)
-            explained = float(state @ y) ** 2 / size
+            explained = max(float(state @ y), 0.0) ** 2 / size
             own = both[:, 2:] - np.outer(state, state @ both[:, 2:]) / size
             S = own.T @ y
             more = np.maximum(S, 0.0) ** 2 / np.maximum(np.sum(own**2, axis=0), 1e-300)
