@@ -321,7 +321,7 @@ def _along(x: Leftover, joint: str, unit: str) -> str:
         )
     what = f'friction of {joint}' if x.axis.startswith(FRICTION_BY) else joint
     axis = x.axis.removeprefix(FRICTION_BY)
-    which = 'which no cause of the catalogue is: ' if NEIGHBOURS in x.axis else ''
+    which = 'which no cause of the catalogue is: ' if axis in NEIGHBOURS else ''
     if x.period:
         explains = (
             f'it explains {number} % of what it and the named causes explain there'

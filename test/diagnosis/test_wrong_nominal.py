@@ -112,6 +112,17 @@ def test_a_torque_constant_that_is_off_within_the_tolerance_is_refitted_and_no_c
     assert 'off within the tolerance' in report
 
 
+def test_friction_by_the_speed_of_the_next_joint_is_not_called_coulomb(motion):
+    model, t, q, tau = motion
+    v = np.gradient(q, t, axis=0)
+    effort = tau.copy()
+    effort[:, 0] += 0.1 * np.tanh(v[:, 0] / 5e-3) * np.abs(v[:, 1])
+    found = diagnosed(model, t, q, effort, SETTINGS)
+    assert found.verdict == 'unknown_structure'
+    axes = {axis['axis'] for axis in found.structure['axes'] if axis['unknown']}
+    assert 'friction by the speed of the next joint' in axes
+
+
 @pytest.mark.parametrize(
     'spec',
     [

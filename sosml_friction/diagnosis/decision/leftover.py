@@ -5,10 +5,12 @@
 from dataclasses import dataclass
 
 SPEED, POSITION, ACCELERATION, LOAD = 'speed', 'position', 'acceleration', 'load'
-TIME, NEIGHBOURS = 'time', 'the position of the next joint'
+TIME = 'time'
+#: What no cause of the catalogue is a function of.
+NEIGHBOURS = 'the position of the next joint', 'the speed of the next joint'
 TONE = 'a tone'
 #: Free curves of each axis, and of friction that follows it, in the order of their columns.
-AXES = (SPEED, POSITION, ACCELERATION, LOAD, TIME, NEIGHBOURS, NEIGHBOURS)
+AXES = (SPEED, POSITION, ACCELERATION, LOAD, TIME, *NEIGHBOURS, *NEIGHBOURS)
 FRICTION_BY = 'friction by '
 
 

@@ -123,8 +123,8 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         floor = max(LEAST * rows[i], price + VERY_STRONG)
         # Along the axis of a cause nothing is left where it is the right one.
         least = settings.axis_share if (axis, i) in own_axes else REST
-        if axis == NEIGHBOURS:
-            # No cause of the catalogue is a function of where another joint is; but those that
+        if axis in NEIGHBOURS:
+            # No cause of the catalogue is a function of another joint's motion; but those that
             # follow the nominal's load are off by its tolerance, in energy by the square.
             least = settings.tolerance**2
             # Neither is any friction of the nominal: of 300 recordings of two joints one other had

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Any function of time, and of the position of the next joints."""
+"""Any function of time, and of the position and the speed of the next joints."""
 
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
@@ -17,15 +17,16 @@ from sosml_friction.regression.structure import HATS
 
 
 class Elsewhere(Curve):
-    """Add f(t) + s g(t), and f(q_k) + s g(q_k) of both next joints: what ``Structure`` lacks."""
+    """Add f + s g of time, and of position and velocity of both next joints, beside Structure."""
 
     identifier: ClassVar[str] = 'elsewhere'
-    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(6 * HATS)}
+    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(10 * HATS)}
 
     def __init__(self, stretches: Sequence[Signals]) -> None:
         times = np.concatenate([s.time for s in stretches])
         self._times = np.linspace(times.min(), times.max(), HATS)
         self._positions = knots_of(stretches, lambda s: s.q, HATS)
+        self._speeds = knots_of(stretches, lambda s: s.v, HATS)
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return the hats."""
@@ -38,4 +39,5 @@ class Elsewhere(Curve):
         for k in (joint - 1, joint + 1):
             if 0 <= k < signals.robot.n:
                 parts.append(padded_hats(signals.q[:, k], self._positions[k], HATS, factors))
+                parts.append(padded_hats(signals.v[:, k], self._speeds[k], HATS, factors))
         return np.concatenate(parts, axis=1)[:, None]
