@@ -41,6 +41,11 @@ class Scorer:
         self._clear = self._far & clear_of_turns(laboratory)
         self._last: tuple[Fit, dict[bool, Fit]] | None = None
 
+    @property
+    def choice(self) -> float:
+        """Return the price of the choice among all candidates, 2 ln K."""
+        return 2.0 * float(np.log(max(len(self.laboratory.candidates), 1)))
+
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
         """Return every candidate at the best point of its grid, best first."""
         found = [
@@ -68,16 +73,17 @@ class Scorer:
         """
         Return a candidate with its BIC and its floor.
 
-        Of N rows, k parameters and g points of a grid, the gain G has
-        delta BIC = G - k ln N - 2 ln g. What may choose among g points has to explain more of
-        data left out as well: ``floor (1 + ln g)``.
+        Of N rows, k parameters, K candidates and g points of a grid, the gain G has
+        delta BIC = G - k ln N - 2 ln (K g): the best of many explains as much by chance. What
+        may choose among g points has to explain more of data left out as well:
+        ``floor (1 + ln g)``.
         """
         objection = self.objection(effect, joint, inner, s.amplitude, s.error)
         objection = objection or self.refused.get((effect.key, joint), '')
         rows = float(self.laboratory.known[columns.rows].sum())
         amplitudes = int((s.amplitude != 0.0).sum())
         k = max(amplitudes + len(effect.searched_inner(self.laboratory.signals[0], joint)), 1)
-        price = float(k * np.log(rows) + 2.0 * np.log(grid))
+        price = float(k * np.log(rows) + 2.0 * np.log(grid)) + self.choice
         told = not effect.at_reversals or effect.elsewhere_too
         told = told or bool(objection and not effect.reversals_alone)
         if s.gain - price >= VERY_STRONG and told:

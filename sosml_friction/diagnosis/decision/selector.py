@@ -193,7 +193,8 @@ class Selector:
         C = np.concatenate([of_grid[key].C for key in keys], axis=3)
         columns = CandidateColumns.make(result.system, of_grid[keys[0]].rows, C)
         rows = float(self.laboratory.known[columns.rows].sum())
-        return result.fit.score(columns).gain - len(keys) * float(np.log(rows))
+        price = len(keys) * float(np.log(rows)) + self.scorer.choice
+        return result.fit.score(columns).gain - price
 
     def _beside(
         self,

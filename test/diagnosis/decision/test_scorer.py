@@ -57,6 +57,19 @@ def test_what_is_beside_reversals_is_evidence_for_those_alone_that_act_there(
     assert bic(effect) > 10.0
 
 
+@pytest.mark.parametrize('count', [1, 40])
+def test_the_best_of_many_candidates_has_the_price_of_the_choice(laboratory, count):
+    """2 ln K, beside that of three parameters and of the points of a grid."""
+    (columns,) = laboratory.columns
+    (candidate,) = laboratory.candidates
+    rows = replace(laboratory.rows, candidates=(candidate,) * count)
+    found = Scorer(replace(laboratory, rows=rows)).finding(
+        Fit.make(laboratory.system, laboratory.y), candidate, columns
+    )
+    price = 3.0 * np.log(laboratory.known[0]) + 2.0 * np.log(count * len(candidate.grid))
+    assert found.delta_bic == pytest.approx(found.score.gain - price)
+
+
 def test_what_may_choose_among_more_points_has_a_higher_floor(laboratory):
     """0.5 % of the energy, times 1 + ln g."""
     fit = Fit.make(laboratory.system, laboratory.y)
