@@ -168,10 +168,7 @@ def _model(
             joints[name] = replace(joint, friction=None)
             continue
         entry = consolidation.joints[name][consolidation.model[name]]
-        widths = [fit.fit.smoothing_velocity for fit in entry.fits.values()]
-        if entry.joint_fit is not None:
-            widths = [entry.joint_fit.smoothing_velocity]
-        friction = friction_of(entry.law, entry.parameters, max(widths, default=0.0))
+        friction = friction_of(entry.law, entry.parameters, entry.smoothing_velocity)
         joints[name] = replace(joint, friction=friction)
     provenance: dict[str, Any] = {
         'bags': [

@@ -16,6 +16,7 @@ from sosml_friction.identification.several.bag_roles import BagRole
 from sosml_friction.identification.several.consolidation import (
     BY_RULE,
     JOINT,
+    MEAN,
     consolidate,
     paper_rule,
     weighted_mean,
@@ -155,6 +156,44 @@ def test_an_offset_in_one_bag_is_told_as_bias_and_the_law_is_what_it_was(bag):
         assert found.parameters[name].value == pytest.approx(
             plain.parameters[name].value, rel=1e-6
         )
+
+
+def of_knee(seed, stribeck=0.5, stribeck_velocity=0.03, coulomb=0.8):
+    """Return the levels of all speeds, the width of the sign to be found, and their own fit."""
+    rng = np.random.default_rng([9, seed])
+    v = np.array([w * way for w in (*SPEEDS['slow'], *SPEEDS['ladder']) for way in (1, -1)] * 4)
+    y = np.sign(v) * (coulomb + stribeck * np.exp(-np.abs(v) / stribeck_velocity))
+    y += TRUTH['viscous'] * v + rng.normal(0.0, 0.01, v.shape)
+    part = LawRows(v, y, np.arange(len(v)), np.ones(len(v), dtype=bool), v, lambda x: x,
+                   find_smoothing=True)  # fmt: skip
+    own = JointFit('o', 'segments', 'Nm', part.fit('Nm'), (), np.empty(0))
+    return FrictionFit({'j': {'o': own}}, {}, {}, {'j': {'o': part}})
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [
+        [{'stribeck': S} for S in (0.3, 0.5, 0.7)],
+        [{'stribeck_velocity': v_s} for v_s in (0.02, 0.08, 0.02)],
+        [{'stribeck': 0.3}, {'stribeck_velocity': 0.06}, {}],
+        [{'stribeck': S, 'coulomb': C} for S, C in ((0.3, 0.7), (0.5, 0.8), (0.7, 0.9))],
+    ],
+)
+def test_knees_that_differ_are_told_as_that_and_the_mean_is_one_of_the_bags(changes):
+    """One S for all made differences of v_s, C and B, and a value that no mean is."""
+    fits = {f'bag{k}': of_knee(k, **change) for k, change in enumerate(changes)}
+    none = {label: BagRole('', 'motion', '') for label in fits}
+    found = consolidate('j', 'o', 'Nm', fits, none)
+    assert found.preferred == MEAN
+    assert set(found.agreement.differing) == {name for change in changes for name in change}
+    base = {name: TRUTH[name] for name in ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity')}
+    for name, own in base.items():
+        truths = [change.get(name, own) for change in changes]
+        parameter = found.parameters[name]
+        low, high = parameter.interval
+        assert low < min(truths) <= max(truths) < high, name
+        assert parameter.value == pytest.approx(np.mean(truths), abs=0.3 * np.ptp(truths) + 0.02)
+        assert bool(parameter.reason) == (len(set(truths)) > 1), name
 
 
 def test_bags_that_agree_are_seldom_said_to_differ():
