@@ -524,6 +524,20 @@ def test_a_smoother_sign_that_the_data_do_not_show_is_in_the_errors():
     assert sum(held) > 0.5 * len(held)
 
 
+@pytest.mark.parametrize('width', [0.03, 0.05])
+def test_a_sign_that_is_wider_than_the_slowest_speeds_is_found(width):
+    """Friction begins at a third to a fifth of the width; the search ended at twice the first."""
+    rng = np.random.default_rng(4)
+    v = plateaus(LOW)
+    y = 0.5 * np.tanh(v / width) + 0.2 * v + 0.005 * rng.normal(size=v.shape)
+    fit = fit_law(v, y, np.arange(len(v)), 'Nm', smoothing_velocity=None)
+    assert fit.smoothing_velocity == pytest.approx(width, rel=0.1)
+    for name, truth in (('coulomb', 0.5), ('viscous', 0.2)):
+        low, high = fit.parameters[name].interval
+        assert truth - 0.1 < low < truth < high < truth + 0.1
+        assert NOT_IDENTIFIABLE not in fit.parameters[name].flags
+
+
 def test_a_knee_that_the_data_do_not_show_is_in_the_errors():
     """
     A test of S that fails leaves it out, and C and B make up for it.
