@@ -171,6 +171,25 @@ def test_the_exponent_is_found_where_the_data_reach_below_the_knee(alpha):
     assert_covers(fits, truth, truth)
 
 
+@pytest.mark.parametrize(('alpha', 'is_one'), [(0.5, True), (2.5, True), (0.3, False)])
+def test_an_exponent_at_the_end_of_its_range_is_one_and_one_beyond_is_none(alpha, is_one):
+    """Friction of 0.5 was said to bend as no exponent makes it, though 0.5 left only noise."""
+    truth = {**TRUTH, 'exponent': alpha}
+    v = plateaus(np.geomspace(0.002, 0.6, 24))
+    x = np.abs(v) / truth['stribeck_velocity']
+    y = np.sign(v) * (truth['coulomb'] + truth['stribeck'] * np.exp(-(x**alpha)))
+    y += truth['viscous'] * v + truth['bias']
+    fits = [
+        fit_law(v, y + 0.05 * normal(np.random.default_rng(seed), len(v)), np.arange(len(v)), 'Nm')
+        for seed in range(6)
+    ]
+    known = [NOT_IDENTIFIABLE not in fit.parameters['stribeck'].flags for fit in fits]
+    assert all(known) if is_one else not any(known)
+    if is_one:
+        assert_covers(fits, truth, truth)
+        assert any(AT_BOUND in fit.parameters['exponent'].flags for fit in fits)
+
+
 @pytest.mark.parametrize('alpha', [1.0, 2.0])
 def test_an_exponent_that_the_data_do_not_show_leaves_size_and_velocity_open(alpha):
     """From 2.3 v_s up a Gaussian knee and an exponential one of another size are one curve."""
