@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -23,7 +24,7 @@ from sosml_friction.identification.law.law_problem import (
     LawSolution,
 )
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS
-from sosml_friction.model.terms.nonlinear_viscous import POWERS
+from sosml_friction.model.terms.nonlinear_viscous import POWERS, NonlinearViscous
 from sosml_friction.regression.rival import rival_probability
 
 #: Share of the friction level that is no S.
@@ -420,6 +421,11 @@ class LawSearch:
             return 0.0
         return self.problem.covariance(solution, found, without)[name, name] / curvature
 
+    @cached_property
+    def _bends(self) -> dict[float, LawProblem]:
+        """Return the problems with a power of speed besides."""
+        return {power: self.problem.bent(power) for power in POWERS}
+
     def bent(
         self, law: LawSolution, named: LawSolution
     ) -> tuple[LawSolution, dict[str, float]] | None:
@@ -430,10 +436,9 @@ class LawSearch:
         explains no more than its size and power would by chance, in 1 %, as the law that is
         ``named`` knows it.
         """
-        problems = {power: self.problem.bent(power) for power in POWERS}
         tried = {
             (power, v0): its.solve(law.v_s, v0, law.alpha, law.weights)
-            for power, its in problems.items()
+            for power, its in self._bends.items()
             for v0 in dict.fromkeys((law.v0, 0.0))
         }
         power, v0 = min(tried, key=lambda one: tried[one].cost)
@@ -442,7 +447,26 @@ class LawSearch:
         limit = self.limit(named, 'coulomb', parameters=2, level=1.0 - CHANCE)
         if law.cost - best.cost <= max(limit, least):
             return None
-        return replace(law, v0=v0), {**problems[power].values_of(best), 'power': power}
+        return replace(law, v0=v0), {**self._bends[power].values_of(best), 'power': power}
+
+    def unfaded(self, law: LawSolution) -> tuple[LawSolution, dict[str, float], float] | None:
+        """
+        Return the best law with a power of speed in place of the Stribeck term of ``law``.
+
+        With its parameters and its probability beside ``law``, which has as many. None if that
+        power would drive the joint.
+        """
+        (name,) = NonlinearViscous.amplitudes
+        usual, found = self.form.usual, []
+        for power, its in self._bends.items():
+            for v0 in dict.fromkeys((law.v0, self.plain.v0, 0.0)):
+                one = its.solve(None, v0, usual, law.weights)
+                found.append((one, {**its.values_of(one), 'power': power}))
+        best, values = min(found, key=lambda one: one[0].cost)
+        if values[name] <= 0.0:
+            return None
+        unit = max(self._unit(self.full, 'stribeck'), np.finfo(float).tiny)
+        return best, values, rival_probability((best.cost - law.cost) / unit)
 
     def shows_stribeck(self) -> bool:
         """Tell whether the extra term explains more than its parameters would by chance."""

@@ -46,6 +46,10 @@ _NO_EXPONENT = (
     'friction does: what it is at standstill is not known'
 )
 _AT_END = f'the best fit is at an end of its range, {EXPONENTS[0]:g} to {EXPONENTS[1]:g}'
+_NO_FADE = (
+    'a power of speed in its place explains more: friction bends with speed, and what it is at '
+    'standstill is not known'
+)
 _NO_SIGN = (
     'its sign is as smooth as the Stribeck term of the best fit is wide: together they are a '
     'bend, and extra friction that is gone before it has its sign is in no data'
@@ -268,6 +272,8 @@ class LawSummary:
             return _NO_SIGN
         if EXPONENT in self.best and self._would_go_beyond():
             return _NO_EXPONENT
+        if not self.others.is_faded:
+            return _NO_FADE
         return _NO_COULOMB if self.best['coulomb'] <= 0.0 else ''
 
     def _would_go_beyond(self) -> bool:

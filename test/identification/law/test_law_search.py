@@ -627,6 +627,24 @@ def test_friction_that_bends_otherwise_is_told_and_within_the_errors(bends):
     print(f'friction that bends: the band holds it at {np.mean(shares):.3f} of the speeds')
 
 
+@pytest.mark.parametrize(('drag', 'noise'), [(0.05, 0.0004), (0.3, 0.002)])
+def test_drag_is_told_as_a_bend_and_is_no_knee(drag, noise):
+    """A Stribeck term as wide as all speeds and more B stand for it: B .42 of .2, C .16 of .5."""
+    v = plateaus(np.repeat([0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5], 6))
+    for seed in range(4):
+        y = np.sign(v) * (0.5 + drag * v**2) + 0.2 * v
+        y += noise * np.random.default_rng(seed).normal(size=len(v))
+        fit = fit_law(v, y, np.arange(len(v)), 'Nm')
+        assert 'stribeck' in fit.drawn
+        (told,) = (check for check in fit.checks if check.name == BEND)
+        assert '|v|^2 ' in told.sentence
+        assert '--terms coulomb,viscous,bias,nonlinear_viscous ' in told.sentence
+        for name, truth in (('coulomb', 0.5), ('viscous', 0.2), ('stribeck', 0.0)):
+            low, high = fit.parameters[name].interval
+            assert low <= truth <= high, name
+        assert NOT_IDENTIFIABLE in fit.parameters['stribeck'].flags
+
+
 @pytest.mark.parametrize('power', [0.5, 0.66])
 def test_a_sign_as_wide_as_a_knee_is_a_bend_and_no_knee(power):
     """
