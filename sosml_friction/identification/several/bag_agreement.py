@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Do several recordings obey one law, and if not, which differs in what."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -69,6 +71,14 @@ class Agreement:
     def odds(self) -> dict[str, float]:
         """Return chi-square, its degrees of freedom and its p-value by name."""
         return {'chi_square': self.chi_square, 'degrees': self.degrees, 'p_value': self.p_value}
+
+    def with_variance(self, variance: Mapping[str, float]) -> Agreement:
+        """Return the same with a variance added to what bags say, which all of them share."""
+        own = {
+            name: {label: p.with_variance(variance.get(name, 0.0)) for label, p in bags.items()}
+            for name, bags in self.own.items()
+        }
+        return replace(self, own=own)
 
     @property
     def differing(self) -> tuple[str, ...]:

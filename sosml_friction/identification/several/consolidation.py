@@ -4,6 +4,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -194,6 +195,7 @@ def consolidate(
     recordings: Mapping[str, FrictionFit],
     roles: Mapping[str, BagRole],
     own_bias: bool | None = None,
+    variance: Mapping[str, float] = MappingProxyType({}),
 ) -> Consolidated:
     """
     Say what recordings tell together of one joint, by one observer.
@@ -208,6 +210,8 @@ def consolidate(
     :param unit: ``Nm`` or ``N``.
     :param recordings: the fits of each bag by its label, with their rows.
     :param own_bias: whether each bag has a bias of its own; None to see from the data.
+    :param variance: by parameter, what the rows of no bag show, as the fits of bags have it
+        already: not knowing the bodies, which are the same in all.
     """
     fits, unavailable, rows = {}, {}, {}
     for label, fit in recordings.items():
@@ -229,10 +233,10 @@ def consolidate(
         fits,
         unavailable,
         rule,
-        found.fit,
+        None if found.fit is None else found.fit.with_variance(variance),
         {label: noise.effective for label, noise in found.noise.items()},
         found.own,
-        found.agreement,
+        found.agreement.with_variance(variance),
         preferred,
         reason,
     )

@@ -99,6 +99,21 @@ def test_bags_in_other_postures_agree_within_what_the_bodies_may_be_off_by():
     assert {entry.parameter for entry in known.agreement.disagreements} == {'bias'}
 
 
+def test_what_refitted_bodies_leave_open_is_in_the_joint_fit_as_in_those_of_bags():
+    """Rows at refitted bodies say nothing of it: a bias was 0.036 +- 0.001 Nm of none."""
+    parts = all_bags(3, None, slow={'bias': 0.1})
+    plain = together(parts)
+    wide = together(parts, variance={'bias': 0.05**2, 'coulomb': 0.02**2})
+    assert wide.joint_fit.parameters['coulomb'].std_error == pytest.approx(
+        np.hypot(plain.joint_fit.parameters['coulomb'].std_error, 0.02)
+    )
+    for label, bias in wide.agreement.own['bias'].items():
+        own = plain.agreement.own['bias'][label]
+        assert bias.std_error == pytest.approx(np.hypot(own.std_error, 0.05))
+    assert wide.agreement.disagreements == plain.agreement.disagreements
+    assert np.ptp(wide.parameters['bias'].interval) > np.ptp(plain.parameters['bias'].interval)
+
+
 def test_a_bag_counts_by_its_own_noise():
     """Weights are the inverse of each bag's noise, which its own rows tell to a fifth or so."""
     noise = {'ladder': 0.002, 'reversals': 0.05, 'slow': 0.01}
