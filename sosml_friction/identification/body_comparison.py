@@ -74,9 +74,11 @@ class BodyComparison:
         Compare a model with a motion; an armature that it does not know is fitted in any case.
 
         Beside Coulomb, viscous, Stribeck and load-dependent friction, so that a weight that is off
-        is not taken for friction, nor friction by load for a weight. In motion alone: for how long
-        a joint sticks where it turns around says nothing of bodies, and a slow recording does
-        not show it.
+        is not taken for friction, nor friction by load for a weight. Each recording has Coulomb
+        and viscous friction and a bias of its own, which warmth or the zero of a current change:
+        what differs between recordings is none of the bodies that they share. In motion alone:
+        for how long a joint sticks where it turns around says nothing of bodies, and a slow
+        recording does not show it.
 
         :param logs: the motion; its joints include the model's.
         :param tolerance: how far each number may be off, as a share of itself; None for what the
@@ -87,7 +89,7 @@ class BodyComparison:
         """
         unknown = model.unknown_armature
         bare = replace(model, effects=())
-        settings = DiagnosisSettings(moving_only=True)
+        settings = DiagnosisSettings(moving_only=True, own_friction=True)
         plain = partial(fit_terms, settings=settings, step=step, without=_WITHOUT)
         first = partial(plain, model=bare, body_tolerance=tolerance, settled=False)
         try:

@@ -67,6 +67,7 @@ class BandRows:
             silent,
             settings.free_inertia,
             settings.unknown_armature,
+            tuple(sorted({s.recording for s in signals})) if settings.own_friction else (),
         )
         # A gear that gives moves the nominal body, of which a free inertia says that it is not so.
         candidates = tuple(

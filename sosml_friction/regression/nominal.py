@@ -49,6 +49,8 @@ class Nominal:
     the parameter. ``prior`` (p,): standard deviation, of a Gaussian about 0 [same units].
     ``rigid``: the base parameters, as indices into ten numbers per body and then the rotors;
     ``rigid_columns``: where they are among the deviations.
+    ``recordings``: those that have friction and bias of their own, as differences from the mean
+    over them; none where all have the same.
     ``silent``: joints that have no parameter of friction, as nothing is known of their effort.
     ``stated``: the terms that the model states besides, of the joints that are not silent.
     """
@@ -60,6 +62,7 @@ class Nominal:
     rigid_columns: IndexArray
     silent: frozenset[int] = frozenset()
     stated: tuple[Stated, ...] = ()
+    recordings: tuple[int, ...] = ()
 
     def columns(self, signals: Signals) -> FloatArray:
         """Return (N, n, p): effort per unit of each deviation."""
@@ -71,6 +74,11 @@ class Nominal:
             for column in friction_columns(signals, i).values():
                 result[:, i, k] = column
                 k += 1
+        for i in told:
+            for share in self._shares(signals.recording):
+                for column in friction_columns(signals, i).values():
+                    result[:, i, k] = share * column
+                    k += 1
         for index in self.rigid:
             if index < 10 * n:
                 result[:, :, k] = signals.through_gears(signals.regressor[:, :, index])
@@ -87,6 +95,13 @@ class Nominal:
             k = own.stop
         result[:, :, k] = -effort_slope(signals)
         return result
+
+    def _shares(self, recording: int) -> list[float]:
+        """Return by how much each recording but the first differs in this one: in all, by 0."""
+        return [
+            float(recording == own) - float(recording == self.recordings[0])
+            for own in self.recordings[1:]
+        ]
 
 
 def friction_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
@@ -127,6 +142,7 @@ def make_nominal(
     silent: frozenset[int] = frozenset(),
     free_inertia: tuple[str, ...] = (),
     unknown_armature: tuple[str, ...] = (),
+    recordings: tuple[int, ...] = (),
 ) -> Nominal:
     """
     Return the deviations of a nominal model and their bounds.
@@ -141,6 +157,8 @@ def make_nominal(
     :param signals: of any stretch; only the model's own numbers are used.
     :param free_inertia: joints whose rotor may be off by all but the tolerance of the inertia that
         they have in the middle of the motion.
+    :param recordings: those that have friction and bias of their own. They differ by no more than
+        would need all of the measured effort.
     """
     scales, robot = signals.scales, signals.robot
     names: list[str] = []
@@ -155,6 +173,11 @@ def make_nominal(
             names.append(f'{joint} {name}')
             size = abs(value) or _of_all_effort(scales, i, name)
             bound.append(tolerance * size if known else np.inf)
+    for i, joint in told:
+        for own in recordings[1:]:
+            for name in friction_columns(signals, i):
+                names.append(f'{joint} {name} of recording {own + 1}')
+                bound.append(_of_all_effort(scales, i, name))
     rigid, rigid_bound = _base(robot, tolerance)
     rigid_columns = len(names) + np.arange(len(rigid))
     for index, its_bound in zip(rigid, rigid_bound, strict=True):
@@ -188,7 +211,7 @@ def make_nominal(
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
     priors = bounds / BOUND_SIGMAS
-    return Nominal(tuple(names), bounds, priors, rigid, rigid_columns, silent, stated)
+    return Nominal(tuple(names), bounds, priors, rigid, rigid_columns, silent, stated, recordings)
 
 
 def _of_all_effort(scales: Scales, joint: int, name: str) -> float:

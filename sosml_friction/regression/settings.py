@@ -22,7 +22,8 @@ class DiagnosisSettings:
     harmonics. ``moving_only``: whether friction where a joint stops or turns around is unknown in
     any case, and not only where the data contradict what the model says there.
     ``free_inertia``: joints whose rotor is refitted freely; ``unknown_armature``: joints of whose
-    rotor nothing is known. ``trust``: the tolerance of a group of nominal parameters
+    rotor nothing is known. ``own_friction``: whether each recording has Coulomb and viscous
+    friction and a bias of its own. ``trust``: the tolerance of a group of nominal parameters
     (:mod:`sosml_friction.diagnosis.trust`) where it is another.
     """
 
@@ -38,4 +39,5 @@ class DiagnosisSettings:
     moving_only: bool = False
     free_inertia: tuple[str, ...] = ()
     unknown_armature: tuple[str, ...] = ()
+    own_friction: bool = False
     trust: Mapping[str, float] = field(default_factory=dict)

@@ -85,7 +85,7 @@ class Signals:
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
     ``tau`` is what the nominal model expects, so that a simulation holds them on their way;
     ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
-    the start of the first recording.
+    the start of the first recording; ``recording``: of which it is, 0 for the first.
     """
 
     time: FloatArray
@@ -110,6 +110,7 @@ class Signals:
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
     turns: frozenset[int] = frozenset()
+    recording: int = 0
     cache: dict[object, FloatArray] = field(default_factory=dict)
 
     @property
@@ -380,10 +381,10 @@ def prepare(
     :raises DataError: if nothing is long enough.
     """
     scales = known or find_scales(logs, model, robot)
-    cut: list[tuple[JointLog, float]] = []
+    cut: list[tuple[JointLog, float, int]] = []
     offset = 0.0
     band: Band | None = None
-    for log in logs:
+    for number, log in enumerate(logs):
         for stretch in even_stretches(log):
             step = float(np.median(np.diff(stretch.time)))
             if shortest_s is None and len(stretch) * step < _SHORTEST_CYCLES / (
@@ -398,14 +399,18 @@ def prepare(
             least = _SHORTEST_CYCLES / band.cutoff if shortest_s is None else shortest_s
             if len(stretch) * step < max(least, 5.0 / band.cutoff):
                 continue
-            cut.append((stretch, offset + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9))
+            begin = offset + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9
+            cut.append((stretch, begin, number))
         offset += float(log.time[-1]) + 1.0
     if not cut or band is None:
         raise DataError(
             'no stretch of the recording is long enough without a hole in position or effort: '
             'record at least 10 s at one go'
         )
-    prepared = [make_signals(stretch, robot, scales, band, begin) for stretch, begin in cut]
+    prepared = [
+        replace(make_signals(stretch, robot, scales, band, begin), recording=number)
+        for stretch, begin, number in cut
+    ]
     return prepared if known else _with_fitted_sign(prepared, knees)
 
 

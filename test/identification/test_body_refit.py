@@ -258,6 +258,31 @@ def test_a_rotor_that_cannot_make_up_for_too_much_body_has_no_interval():
     assert '95 % interval' not in sentence
 
 
+@pytest.mark.parametrize('changes', [{'bias': (0.0, 0.5, -0.25)}, {'coulomb': (1.0, 1.5, 2.0)}])
+def test_friction_and_bias_that_differ_between_recordings_are_no_body(changes):
+    """What differs was put into the bodies, and their doubt into the friction of each."""
+    model, rng, logs = (
+        pendulum_model(12.0, 0.6, 0.0, 0.02, 'joint'),
+        np.random.default_rng(SEED),
+        [],
+    )
+    for k in range(3):
+        own = {name: values[k] for name, values in changes.items()}
+        t = 4e-3 * np.arange(4000)
+        lines = [(size, rate, phase + k) for size, rate, phase in SWINGS['pendulum'][1][0]]
+        q, v, a = (x[:, None] for x in sines(t, lines))
+        tau = rigid_effort(model, q, v, a) + own.get('coulomb', 2.0) * np.tanh(v / 5e-3) + 1.5 * v
+        tau += own.get('bias', 0.0) + 0.05 * rng.standard_normal(tau.shape)
+        logs.append(recording(('joint',), t, q + 5e-5 * rng.standard_normal(q.shape), tau))
+    found = BodyComparison.of(logs, unstated(scaled(0.0, model))).refit
+    assert not found.deviations
+    low, high = found.armature['joint'].interval
+    assert low <= 0.02 <= high
+    one = BodyComparison.of(logs[:1], unstated(scaled(0.0, model))).refit
+    for name in ('coulomb', 'bias'):
+        assert found.variance['joint'][name] < 4.0 * one.variance['joint'][name]
+
+
 def test_effort_is_not_held_against_a_rotor_that_nobody_stated():
     """Twelve times the mass of the body is wrong where the rotor is known, and else is it."""
     log = swung_by(12.0)

@@ -131,6 +131,18 @@ def bend_check(
     )
 
 
+def unfaded_check(law: Mapping[str, float], terms: str, effort_unit: str) -> LawCheck:
+    """Say that a law of ``terms`` without a Stribeck term explains more; ``law``: its values."""
+    return LawCheck(
+        BEND,
+        False,
+        f'Friction bends with speed more as |v|^{law["power"]:g} does than by extra friction near '
+        f'standstill: with that in its place C is {law["coulomb"]:.3g} {effort_unit} and B '
+        f'{law["viscous"]:.3g} {unit_of("viscous", effort_unit)}. The errors allow for that; '
+        f'--terms {terms} fits it.',
+    )
+
+
 def odd_even_check(
     speeds: FloatArray,
     odd: FloatArray,

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -23,7 +24,7 @@ from sosml_friction.identification.law.law_problem import (
     LawSolution,
 )
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS
-from sosml_friction.model.terms.nonlinear_viscous import POWERS
+from sosml_friction.model.terms.nonlinear_viscous import POWERS, NonlinearViscous
 from sosml_friction.regression.rival import rival_probability
 
 #: Share of the friction level that is no S.
@@ -44,8 +45,9 @@ _ALPHAS, _FEWER = 8, 4
 _BELOW, HIDDEN = 8.0, 3.0
 #: A search leaves 1e-6 of its ends; what is as near as this is at one.
 _AT_END = 1e-3
-#: v0 is searched between these multiples of the slowest speed.
-_LEAST_V0, _LARGEST_V0 = 0.08, 2.0
+#: v0 is searched between these multiples of the slowest speed, and where it is at the end of that,
+#: to this part of the fastest: tanh(2) is 0.96, so that the data have what a sign is beyond it.
+_LEAST_V0, _LARGEST_V0, _WIDEST_V0 = 0.08, 2.0, 0.5
 #: Where searches of the exponent begin, to both sides of the usual one, 1.
 _BENDS = (0.7, 1.6)
 
@@ -151,11 +153,22 @@ class LawSearch:
         self.grid = np.geomspace(first, self.fastest, _GRID)
         self.finds_v0 = v0 is None
         self.finds_alpha = self.form.alpha is None and self.form.law != 'coulomb_viscous'
-        usual = self.form.usual
-        signs = [v0] if v0 is not None else self._signs()
         self.coarse = self.grid[:: 2 if v0 is not None else _GRID // _COARSE]
-        near = [0.0, *np.geomspace(0.5 * _LEAST_V0, _LARGEST_V0, _GRID // 3) * self.slowest]
-        signs_of_span = near if v0 is None else signs
+        self.widest = _LARGEST_V0 * self.slowest
+        best = self._searched(v0)
+        if self.finds_v0 and self._is_endless(best) and self.widest < _WIDEST_V0 * self.fastest:
+            self.widest = _WIDEST_V0 * self.fastest
+            best = self._searched(v0)
+        # What fits better than ``full`` and ``plain``, but not by enough to be shown.
+        self.full, unshown = self._settled(self.whole(best))
+        self.plain, without = self._settled(self.whole(self._plain()))
+        self._refused = {True: unshown, False: without}
+
+    def _searched(self, v0: float | None) -> LawSolution:
+        """Return the best law with a v0 up to the widest, and take the weights of its rows."""
+        problem, usual = self.problem, self.form.usual
+        signs = [v0] if v0 is not None else self._signs(_SIGNS, _LEAST_V0)
+        signs_of_span = signs if v0 is not None else self._signs(_GRID // 3, 0.5 * _LEAST_V0)
         laws = [(v_s, sign, usual) for sign in signs_of_span for v_s in self.grid[::2]]
         if self.finds_alpha:
             bends = np.geomspace(*EXPONENTS, _ALPHAS)
@@ -179,13 +192,18 @@ class LawSearch:
         best = self._reweighed(min(refined, key=_cost))
         if self._is_bare(best):
             best = self.solve(middle, best.v0, usual)
-        # What fits better than ``full`` and ``plain``, but not by enough to be shown.
-        self.full, unshown = self._settled(self.whole(best))
-        self.plain, without = self._settled(self.whole(self._plain()))
-        self._refused = {True: unshown, False: without}
+        return best
 
-    def _signs(self) -> list[float]:
-        return [0.0, *np.geomspace(_LEAST_V0, _LARGEST_V0, _SIGNS) * self.slowest]
+    def _signs(self, count: int, least: float) -> list[float]:
+        """
+        Return widths of the sign: itself, and from a multiple of the slowest speed to the widest.
+
+        ``count`` of them up to the usual end, as near to each other beyond it.
+        """
+        usual = np.log(_LARGEST_V0 / least)
+        more = np.log(self.widest / (_LARGEST_V0 * self.slowest)) / usual
+        number = count + round((count - 1) * float(more))
+        return [0.0, *np.geomspace(least * self.slowest, self.widest, number)]
 
     def found(self, solution: LawSolution) -> tuple[str, ...]:
         """Return which parameters that are not linear were found beside v_s."""
@@ -252,7 +270,7 @@ class LawSearch:
         if near.v_s is not None:
             ends.append((near.v_s, self.grid[0], self.grid[-1]))
         if SIGN_WIDTH in found:
-            ends.append((near.v0, 0.5 * _LEAST_V0 * self.slowest, _LARGEST_V0 * self.slowest))
+            ends.append((near.v0, 0.5 * _LEAST_V0 * self.slowest, self.widest))
         if EXPONENT in found:
             ends.append((near.alpha, *EXPONENTS))
         if not ends:
@@ -290,7 +308,7 @@ class LawSearch:
         usual = self.form.usual
         if not self.finds_v0:
             return self.solve(None, self.full.v0, usual)
-        tried = [self.solve(None, v0, usual) for v0 in self._signs()]
+        tried = [self.solve(None, v0, usual) for v0 in self._signs(_SIGNS, _LEAST_V0)]
         return self._refined(min(tried, key=_cost))
 
     def _settled(self, best: LawSolution) -> tuple[LawSolution, list[LawSolution]]:
@@ -351,7 +369,7 @@ class LawSearch:
 
     def _is_endless(self, solution: LawSolution) -> bool:
         """Tell whether the sign is as wide as is searched: a bend that the law does not have."""
-        return solution.v0 > (1.0 - _AT_END) * _LARGEST_V0 * self.slowest
+        return solution.v0 > (1.0 - _AT_END) * self.widest
 
     @property
     def exponents(self) -> tuple[float, float]:
@@ -403,6 +421,11 @@ class LawSearch:
             return 0.0
         return self.problem.covariance(solution, found, without)[name, name] / curvature
 
+    @cached_property
+    def _bends(self) -> dict[float, LawProblem]:
+        """Return the problems with a power of speed besides."""
+        return {power: self.problem.bent(power) for power in POWERS}
+
     def bent(
         self, law: LawSolution, named: LawSolution
     ) -> tuple[LawSolution, dict[str, float]] | None:
@@ -413,10 +436,9 @@ class LawSearch:
         explains no more than its size and power would by chance, in 1 %, as the law that is
         ``named`` knows it.
         """
-        problems = {power: self.problem.bent(power) for power in POWERS}
         tried = {
             (power, v0): its.solve(law.v_s, v0, law.alpha, law.weights)
-            for power, its in problems.items()
+            for power, its in self._bends.items()
             for v0 in dict.fromkeys((law.v0, 0.0))
         }
         power, v0 = min(tried, key=lambda one: tried[one].cost)
@@ -425,7 +447,26 @@ class LawSearch:
         limit = self.limit(named, 'coulomb', parameters=2, level=1.0 - CHANCE)
         if law.cost - best.cost <= max(limit, least):
             return None
-        return replace(law, v0=v0), {**problems[power].values_of(best), 'power': power}
+        return replace(law, v0=v0), {**self._bends[power].values_of(best), 'power': power}
+
+    def unfaded(self, law: LawSolution) -> tuple[LawSolution, dict[str, float], float] | None:
+        """
+        Return the best law with a power of speed in place of the Stribeck term of ``law``.
+
+        With its parameters and its probability beside ``law``, which has as many. None if that
+        power would drive the joint.
+        """
+        (name,) = NonlinearViscous.amplitudes
+        usual, found = self.form.usual, []
+        for power, its in self._bends.items():
+            for v0 in dict.fromkeys((law.v0, self.plain.v0, 0.0)):
+                one = its.solve(None, v0, usual, law.weights)
+                found.append((one, {**its.values_of(one), 'power': power}))
+        best, values = min(found, key=lambda one: one[0].cost)
+        if values[name] <= 0.0:
+            return None
+        unit = max(self._unit(self.full, 'stribeck'), np.finfo(float).tiny)
+        return best, values, rival_probability((best.cost - law.cost) / unit)
 
     def shows_stribeck(self) -> bool:
         """Tell whether the extra term explains more than its parameters would by chance."""

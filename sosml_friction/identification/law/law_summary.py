@@ -45,6 +45,11 @@ _NO_EXPONENT = (
     f'no exponent from {EXPONENTS[0]:g} to {EXPONENTS[1]:g} makes a Stribeck term that bends as '
     'friction does: what it is at standstill is not known'
 )
+_AT_END = f'the best fit is at an end of its range, {EXPONENTS[0]:g} to {EXPONENTS[1]:g}'
+_NO_FADE = (
+    'a power of speed in its place explains more: friction bends with speed, and what it is at '
+    'standstill is not known'
+)
 _NO_SIGN = (
     'its sign is as smooth as the Stribeck term of the best fit is wide: together they are a '
     'bend, and extra friction that is gone before it has its sign is in no data'
@@ -244,12 +249,7 @@ class LawSummary:
                     ),
                 }
                 if EXPONENT in best:
-                    knee[EXPONENT] = Parameter.estimated(
-                        best[EXPONENT],
-                        '1',
-                        float(np.sqrt(C[EXPONENT, EXPONENT])),
-                        self.quantile[EXPONENT],
-                    )
+                    knee[EXPONENT] = self._exponent()
                 return knee, True
         # What may fade below the slowest speed may be anything at standstill: no data reach there.
         # And nothing is known of it where what bends is no such term.
@@ -270,9 +270,28 @@ class LawSummary:
             return ''
         if self.solution.v0 >= self.best['stribeck_velocity']:
             return _NO_SIGN
-        if EXPONENT in self.best and not within(self.best[EXPONENT], EXPONENTS):
+        if EXPONENT in self.best and self._would_go_beyond():
             return _NO_EXPONENT
+        if not self.others.is_faded:
+            return _NO_FADE
         return _NO_COULOMB if self.best['coulomb'] <= 0.0 else ''
+
+    def _would_go_beyond(self) -> bool:
+        """Tell whether the exponent is at an end of its range and would leave it beyond chance."""
+        if within(self.best[EXPONENT], EXPONENTS):
+            return False
+        step = self.problem.free_step(self.solution, self.found, EXPONENT)
+        error = float(np.sqrt(self.C[EXPONENT, EXPONENT]))
+        return abs(step) > self.quantile[EXPONENT] * error
+
+    def _exponent(self) -> Parameter:
+        """Return the exponent; at an end of its range it is what is within that."""
+        value, error = self.best[EXPONENT], float(np.sqrt(self.C[EXPONENT, EXPONENT]))
+        found = Parameter.estimated(value, '1', error, self.quantile[EXPONENT])
+        if found.interval is None or within(value, EXPONENTS):
+            return found
+        low, high = np.clip(found.interval, *EXPONENTS).tolist()
+        return replace(found, interval=(low, high), flags=(AT_BOUND,), reason=_AT_END)
 
     def _at_slowest(self, profile: LawProfile, fit: LawFit) -> Parameter:
         """

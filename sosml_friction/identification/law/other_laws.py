@@ -8,7 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.identification.law.law_checks import LawCheck, bend_check, knee_check
+from sosml_friction.identification.law.law_checks import (
+    LawCheck,
+    bend_check,
+    knee_check,
+    unfaded_check,
+)
 from sosml_friction.identification.law.law_problem import EXPONENT, LawSolution
 from sosml_friction.identification.law.law_search import LawSearch
 from sosml_friction.model.laws import FrictionLaw, law_definition, law_of
@@ -32,9 +37,11 @@ class OtherLaws:
     Ask which laws explain more than a named one, or may be as true, and what they change.
 
     Those are what fits better by less than what shows it, the broad knee with its probability, and
-    the nearest of them with one power of speed, where the data show one, and viscous friction that
+    a power of speed in place of the Stribeck term with its own, where that is not told the nearest
+    of them with one power of speed beside it, where the data show one, and viscous friction that
     differs by direction, with its probability.
 
+    ``is_faded``: whether the named law has a Stribeck term that no such power explains more than;
     ``curves``: each with its probability; ``checks``: what is to be said; ``moved``: by how much
     parameters differ from those of the named law, each law's times the root of its probability.
     """
@@ -56,13 +63,28 @@ class OtherLaws:
             if probability > _TOLD:
                 nearest = law
                 self.checks.append(knee_check(values, effort_unit))
-        self._add_bent(nearest, effort_unit)
+        self.is_faded = shown and not self._add_unfaded(nearest, effort_unit)
+        if self.is_faded or not shown:
+            self._add_bent(nearest, effort_unit)
         if self.problem.form.symmetric:
             self._add_asymmetric()
 
     def variance(self, name: str) -> float:
         """Return what the laws add to the variance of a parameter: the sum of p d^2."""
         return sum(d.get(name, 0.0) ** 2 for d in self.moved)
+
+    def _add_unfaded(self, nearest: LawSolution, effort_unit: str) -> bool:
+        """Add the law with a power of speed and no Stribeck term; tell whether it is likelier."""
+        found = self.search.unfaded(nearest)
+        if found is None:
+            return False
+        law, values, probability = found
+        self._add(law, values, probability)
+        if probability <= _TOLD:
+            return False
+        terms = ','.join(self._curve(law, values).definition.terms)
+        self.checks.append(unfaded_check(values, terms, effort_unit))
+        return True
 
     def _add_bent(self, nearest: LawSolution, effort_unit: str) -> None:
         """Add the law with a power of speed, where the data show one; and say so if it matters."""

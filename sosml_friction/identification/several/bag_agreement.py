@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Do several recordings obey one law, and if not, which differs in what."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -24,6 +26,10 @@ from sosml_friction.regression.column_norms import column_norms, told_beside
 #: Significance level: the share of agreeing bags that may be reported to differ.
 _ALARM = 0.01
 _GRID = 30
+_V_S = 'stribeck_velocity'
+#: Steps to the v_s of a bag that differs, and the factor that each may change it by: 2^5 is more
+#: than v_s and the speeds of a recording span. Chosen, no measurement.
+_STEPS, _STEP = 5, 2.0
 
 
 @dataclass(frozen=True)
@@ -66,6 +72,14 @@ class Agreement:
         """Return chi-square, its degrees of freedom and its p-value by name."""
         return {'chi_square': self.chi_square, 'degrees': self.degrees, 'p_value': self.p_value}
 
+    def with_variance(self, variance: Mapping[str, float]) -> Agreement:
+        """Return the same with a variance added to what bags say, which all of them share."""
+        own = {
+            name: {label: p.with_variance(variance.get(name, 0.0)) for label, p in bags.items()}
+            for name, bags in self.own.items()
+        }
+        return replace(self, own=own)
+
     @property
     def differing(self) -> tuple[str, ...]:
         """Return the parameters in which bags differ, in the order of the law."""
@@ -74,7 +88,7 @@ class Agreement:
 
 
 def find_agreement(
-    stack: LawStack, labels: Sequence[str], effort_unit: str, fit: LawFit
+    stack: LawStack, labels: Sequence[str], effort_unit: str, fits: Sequence[LawFit]
 ) -> Agreement:
     """
     Hold the bags of a stack against one law for all.
@@ -84,15 +98,26 @@ def find_agreement(
     the next beside it, until none is. Errors are by clusters.
 
     :param labels: of the bags, in the order of the stack.
-    :param fit: the law fitted to all, for its terms and the width of its sign.
+    :param fits: laws of all bags and of single ones. That whose width of the sign and exponent
+        explain most, all else each bag's own, says what they are: where bags differ, a law of
+        all has them from the difference.
     """
-    return _Comparison(stack, labels, effort_unit, fit).result()
+    return _Comparison(stack, labels, effort_unit, fits).result()
+
+
+def _shape(fit: LawFit) -> tuple[float, float]:
+    """Return v0 of the sign and the exponent of a law: what it is not linear in beside v_s."""
+    found = fit.parameters.get('exponent')
+    fixed = law_definition(fit.law).fixed.get('exponent', 1.0)
+    return fit.smoothing_velocity, fixed if found is None else found.value
 
 
 class _Comparison:
     """The linearised regression of all bags, to which deviations are added."""
 
-    def __init__(self, stack: LawStack, labels: Sequence[str], unit: str, fit: LawFit) -> None:
+    def __init__(
+        self, stack: LawStack, labels: Sequence[str], unit: str, fits: Sequence[LawFit]
+    ) -> None:
         rows = stack.rows
         keep = rows.keep & np.isfinite(rows.y) & np.isfinite(rows.mean_v)
         self.keep, self.rows, self.unit = keep, rows, unit
@@ -102,57 +127,95 @@ class _Comparison:
         self.labels = labels
         self.present = np.unique(self.bag)
         self.v = np.nan_to_num(rows.v)
-        self.sign = smooth_sign(self.v, fit.smoothing_velocity)
-        found = fit.parameters.get('exponent')
-        fixed = law_definition(fit.law).fixed.get('exponent', 1.0)
-        self.power = fixed if found is None else found.value
-        self.columns = {
-            name: rows.lag(column)[keep]
-            for name, column in (
-                ('coulomb', self.sign),
-                ('viscous', self.v),
-                ('bias', np.ones_like(self.v)),
-            )
-        }
-        if 'viscous_asymmetry' in fit.parameters:
-            self.columns['viscous_asymmetry'] = rows.lag(np.abs(self.v))[keep]
-        beside = []
-        if 'stribeck' in fit.law:
-            v_s = self._search()
-            faded = fade(self.v, v_s, self.power)
-            self.columns['stribeck'] = rows.lag(self.sign * faded)[keep]
-            terms = list(self.columns)
-            if 'stribeck_asymmetry' in fit.parameters:
-                self.columns['stribeck_asymmetry'] = rows.lag(faded)[keep]
-            theta = self._solve(np.column_stack(list(self.columns.values())))[0]
-            S = float(theta[terms.index('stribeck')])
-            slope, bend = fade_slopes(self.v, v_s, self.power)
-            self.columns['stribeck_velocity'] = rows.lag(S * self.sign * slope)[keep]
-            if found is not None:
-                beside.append(rows.lag(S * self.sign * bend)[keep])
-        self.base = np.column_stack([*self.columns.values(), *beside])
+        self.faded = any('stribeck' in fit.law for fit in fits)
+        self.bent = self.faded and any('exponent' in fit.parameters for fit in fits)
+        asymmetric = any('viscous_asymmetry' in fit.parameters for fit in fits)
+        found = [self._nearest(*shape, asymmetric) for shape in dict.fromkeys(map(_shape, fits))]
+        _, self.sign, self.power, v_s, self.columns = min(found, key=lambda one: one[0])
+        # By bag; one without rows has a v_s as well, of which nothing is asked.
+        self.common_v_s, self.v_s = v_s, np.full(len(labels), v_s)
+        if self.faded:
+            way = ['stribeck_asymmetry'] if asymmetric else []
+            self.columns |= dict.fromkeys(['stribeck', *way, 'stribeck_velocity'], np.empty(0))
+        self._linearise(())
 
-    def _search(self) -> float:
-        """Return the v_s of the least cost, without bounds on anything else."""
+    def _nearest(
+        self, v0: float, power: float, asymmetric: bool
+    ) -> tuple[float, FloatArray, float, float, dict[str, FloatArray]]:
+        """Return the least cost, sign, exponent, v_s and columns of a law of this shape."""
+        sign = smooth_sign(self.v, v0)
+        shapes = {'coulomb': sign, 'viscous': self.v, 'bias': np.ones_like(self.v)}
+        if asymmetric:
+            shapes['viscous_asymmetry'] = np.abs(self.v)
+        columns = {name: self._lag(column) for name, column in shapes.items()}
+        shared = list(columns.values())
+        if not self.faded:
+            return self._cost(shared), sign, power, np.nan, columns
+
+        def cost(v_s: float) -> float:
+            return self._cost([*shared, self._lag(sign * fade(self.v, v_s, power))])
+
         speeds = np.abs(self.rows.mean_v[self.keep])
         slowest = max(float(np.quantile(speeds, 0.02)), 1e-3 * float(speeds.max()))
         grid = np.geomspace(slowest / 3.0, speeds.max(), _GRID)
-
-        def cost(v_s: float) -> float:
-            peak = self.rows.lag(self.sign * fade(self.v, v_s, self.power))[self.keep]
-            rest = self._solve(np.column_stack([*self.columns.values(), peak]))[1]
-            return float(rest @ rest)
-
         costs = [cost(v_s) for v_s in grid]
         best = int(np.argmin(costs))
         ends = np.log(grid[[max(best - 1, 0), min(best + 1, _GRID - 1)]])
         found = minimize_scalar(lambda u: cost(float(np.exp(u))), bounds=ends, method='bounded')
-        return float(np.exp(found.x)) if found.fun < costs[best] else float(grid[best])
+        if found.fun < costs[best]:
+            return float(found.fun), sign, power, float(np.exp(found.x)), columns
+        return costs[best], sign, power, float(grid[best]), columns
 
-    def _solve(self, X: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _cost(self, columns: Sequence[FloatArray]) -> float:
+        """Return the sum of squares that is left where each bag has sizes of its own."""
+        X, left = np.column_stack(columns), 0.0
+        for bag in self.present:
+            own = self.bag == bag
+            left += float(np.sum(self._solve(X[own], self.y[own])[1] ** 2))
+        return left
+
+    def _lag(self, column: FloatArray) -> FloatArray:
+        return self.rows.lag(column)[self.keep]
+
+    def _linearise(self, accepted: Sequence[tuple[str, int]]) -> None:
+        """
+        Take the columns of the Stribeck term at each bag's v_s, and at its S.
+
+        S is that of the fit of all bags with the accepted deviations, so that a bag whose S is
+        another has the slope of its own knee.
+        """
+        self.base = np.column_stack([c for c in self.columns.values() if len(c)])
+        if not self.faded:
+            return
+        shapes: dict[float, tuple[FloatArray, ...]] = {}
+        for v_s in np.unique(self.v_s).tolist():
+            faded = fade(self.v, v_s, self.power)
+            slope, bend = fade_slopes(self.v, v_s, self.power)
+            made = [self.sign * faded, faded, self.sign * slope, self.sign * bend]
+            shapes[v_s] = tuple(map(self._lag, made))
+        own = [shapes[v_s] for v_s in self.v_s.tolist()]
+        peak, even, slope, bend = (
+            np.array(np.choose(self.bag, [one[k] for one in own])) for k in range(4)
+        )
+        self.columns['stribeck'] = peak
+        if 'stribeck_asymmetry' in self.columns:
+            self.columns['stribeck_asymmetry'] = even
+        linear = [name for name in self.columns if name != 'stribeck_velocity']
+        beside = [one for one in accepted if one[0] in linear]
+        X = [self.columns[name] for name in linear] + [self._deviation(one) for one in beside]
+        theta = self._solve(np.column_stack(X))[0]
+        S = np.full(len(self.v_s), theta[linear.index('stribeck')])
+        for (name, bag), size in zip(beside, theta[len(linear) :], strict=True):
+            S[bag] += size if name == 'stribeck' else 0.0
+        self.columns['stribeck_velocity'] = S[self.bag] * slope
+        bends = [S[self.bag] * bend] if self.bent else []
+        self.base = np.column_stack([*self.columns.values(), *bends])
+
+    def _solve(self, X: FloatArray, y: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
         norms = column_norms(X)
-        theta = np.linalg.lstsq(X / norms, self.y, rcond=1e-10)[0]
-        return theta / norms, self.y - (X / norms) @ theta
+        y = self.y if y is None else y
+        theta = np.linalg.lstsq(X / norms, y, rcond=1e-10)[0]
+        return theta / norms, y - (X / norms) @ theta
 
     def _errors(self, X: FloatArray, residual: FloatArray) -> FloatArray:
         """Return the standard errors by clusters of a fit with columns X, (P,)."""
@@ -185,7 +248,7 @@ class _Comparison:
         chi_square, degrees, p_value = self._wald()
         found = self._disagreements()
         own = {'bias', *(entry.parameter for entry in found if entry.parameter in OWN)}
-        return Agreement(chi_square, degrees, p_value, found, self._own(sorted(own)))
+        return Agreement(chi_square, degrees, p_value, found, self._own(sorted(own), found))
 
     def _wald(self) -> tuple[float, int, float]:
         """
@@ -229,35 +292,78 @@ class _Comparison:
         level = 1.0 - 0.5 * _ALARM / len(candidates)
         accepted: list[tuple[str, int]] = []
         while len(accepted) < len(candidates):
-            X = np.column_stack([self.base, *(self._deviation(c) for c in accepted)])
-            basis = np.linalg.qr(X / column_norms(X))[0]
-            residual = self.y - basis @ (basis.T @ self.y)
-            best, best_gain = None, 0.0
-            for candidate in candidates:
-                column = self._deviation(candidate)
-                rest = column - basis @ (basis.T @ column)
-                if candidate in accepted or not told_beside(column, basis):
-                    continue
-                size = float(rest @ rest)
-                gain = float(rest @ residual) ** 2 / size
-                if gain <= best_gain:
-                    continue
-                value = float(rest @ residual) / size
-                error = float(self._errors(rest[:, None], residual - value * rest)[0])
-                if abs(value) > float(t_distribution.ppf(level, self._freedom(candidate[1]))) * (
-                    error
-                ):
-                    best, best_gain = candidate, gain
+            best = self._next(candidates, accepted, level)
             if best is None:
                 break
             accepted.append(best)
-        if not accepted:
-            return ()
-        X = np.column_stack([self.base, *(self._deviation(c) for c in accepted)])
+            self._settle(accepted)
+        while accepted:
+            values, errors = self._sizes(accepted)
+            limits = np.array([self._limit(one, level) for one in accepted])
+            shown = np.abs(values) / np.maximum(errors * limits, np.finfo(float).tiny)
+            if shown.min() > 1.0:
+                return tuple(map(self._told, accepted, values.tolist(), errors.tolist()))
+            # What was taken for it is told by those that came later.
+            del accepted[int(np.argmin(shown))]
+            self._settle(accepted)
+        return ()
+
+    def _limit(self, candidate: tuple[str, int], level: float) -> float:
+        return float(t_distribution.ppf(level, self._freedom(candidate[1])))
+
+    def _next(
+        self, candidates: Sequence[tuple[str, int]], accepted: Sequence[tuple[str, int]],
+        level: float,
+    ) -> tuple[str, int] | None:  # fmt: skip
+        """Return the deviation that explains most beside others, None if none is shown."""
+        X = self._with(accepted)
+        basis = np.linalg.qr(X / column_norms(X))[0]
+        residual = self.y - basis @ (basis.T @ self.y)
+        best, best_gain = None, 0.0
+        for candidate in candidates:
+            column = self._deviation(candidate)
+            if candidate in accepted or not told_beside(column, basis):
+                continue
+            rest = column - basis @ (basis.T @ column)
+            size = float(rest @ rest)
+            gain = float(rest @ residual) ** 2 / size
+            if gain <= best_gain:
+                continue
+            value = float(rest @ residual) / size
+            error = float(self._errors(rest[:, None], residual - value * rest)[0])
+            if abs(value) > self._limit(candidate, level) * error:
+                best, best_gain = candidate, gain
+        return best
+
+    def _settle(self, accepted: Sequence[tuple[str, int]]) -> None:
+        """Take the columns where the accepted deviations are: at S and v_s of their bags."""
+        if not self.faded:
+            return
+        moving = [(k, bag) for k, (name, bag) in enumerate(accepted) if name == _V_S]
+        self.v_s[:] = self.common_v_s
+        self._linearise(accepted)
+        for _ in range(_STEPS if moving else 0):
+            theta = self._solve(self._with(accepted))[0]
+            step = np.full(len(self.v_s), theta[list(self.columns).index(_V_S)])
+            for k, bag in moving:
+                step[bag] += theta[self.base.shape[1] + k]
+            self.v_s = np.clip(self.v_s + step, self.v_s / _STEP, self.v_s * _STEP)
+            self._linearise(accepted)
+
+    def _with(self, accepted: Sequence[tuple[str, int]]) -> FloatArray:
+        return np.column_stack([self.base, *(self._deviation(one) for one in accepted)])
+
+    def _sizes(self, accepted: Sequence[tuple[str, int]]) -> tuple[FloatArray, FloatArray]:
+        """Return how large accepted deviations are, and their standard errors."""
+        X = self._with(accepted)
         theta, residual = self._solve(X)
-        errors = self._errors(X, residual)
-        found = zip(accepted, theta[-len(accepted) :], errors[-len(accepted) :], strict=True)
-        return tuple(self._told(*entry) for entry in found)
+        values = theta[-len(accepted) :].copy()
+        moved = [bag for name, bag in accepted if name == _V_S]
+        others = np.setdiff1d(self.present, moved)
+        for k, (name, bag) in enumerate(accepted):
+            if name == _V_S:
+                values[k] += self.v_s[bag] - self.v_s[others[0]]
+        return values, self._errors(X, residual)[-len(accepted) :]
 
     def _deviation(self, candidate: tuple[str, int]) -> FloatArray:
         name, bag = candidate
@@ -278,10 +384,17 @@ class _Comparison:
         )
         return Disagreement(name, label, float(value), float(error), float(sigmas), unit, sentence)
 
-    def _own(self, names: Sequence[str]) -> dict[str, dict[str, Parameter]]:
+    def _own(
+        self, names: Sequence[str], found: Sequence[Disagreement]
+    ) -> dict[str, dict[str, Parameter]]:
         own = [self._deviation((name, int(b))) for name in names for b in self.present]
         shared = [self.columns[name] for name in self.columns if name not in names]
-        X = np.column_stack([*own, *shared])
+        beside = [
+            self._deviation((entry.parameter, self.labels.index(entry.bag)))
+            for entry in found
+            if entry.parameter not in names
+        ]
+        X = np.column_stack([*own, *shared, *beside])
         theta, residual = self._solve(X)
         errors = iter(zip(theta, self._errors(X, residual), strict=True))
         result: dict[str, dict[str, Parameter]] = {}

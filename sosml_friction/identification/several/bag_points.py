@@ -72,5 +72,4 @@ def consolidated_law(entry: Consolidated) -> FrictionLaw | None:
         values['bias'] = 0.0
     if len(values) < len(names) or not all(map(math.isfinite, values.values())):
         return None
-    width = 0.0 if entry.joint_fit is None else entry.joint_fit.smoothing_velocity
-    return make_friction_law(entry.law, values, width)
+    return make_friction_law(entry.law, values, entry.smoothing_velocity)

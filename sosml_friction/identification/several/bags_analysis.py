@@ -137,7 +137,13 @@ def consolidate_analyses(
     for joint, unit in units.items():
         fits = {label: a.fit for label, a in analyses.items()}
         known = dict.fromkeys(o for fit in fits.values() for o in fit.rows.get(joint, {}))
-        entries = {o: consolidate(joint, o, unit, fits, found, own_bias) for o in known}
+        # All bags have the same bodies; of analyses of their own the least sure ones speak.
+        shared: dict[str, float] = {}
+        for analysis in analyses.values():
+            if analysis.body is not None:
+                for name, more in analysis.body.variance.get(joint, {}).items():
+                    shared[name] = max(more, shared.get(name, 0.0))
+        entries = {o: consolidate(joint, o, unit, fits, found, own_bias, shared) for o in known}
         if any(entry.preferred for entry in entries.values()):
             joints[joint] = {o: entry for o, entry in entries.items() if entry.preferred}
             continue
@@ -168,10 +174,7 @@ def _model(
             joints[name] = replace(joint, friction=None)
             continue
         entry = consolidation.joints[name][consolidation.model[name]]
-        widths = [fit.fit.smoothing_velocity for fit in entry.fits.values()]
-        if entry.joint_fit is not None:
-            widths = [entry.joint_fit.smoothing_velocity]
-        friction = friction_of(entry.law, entry.parameters, max(widths, default=0.0))
+        friction = friction_of(entry.law, entry.parameters, entry.smoothing_velocity)
         joints[name] = replace(joint, friction=friction)
     provenance: dict[str, Any] = {
         'bags': [

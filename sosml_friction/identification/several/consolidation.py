@@ -3,7 +3,8 @@
 """What several recordings of one robot say of its friction together."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -44,8 +45,8 @@ _OF_SOME = {
     'viscous_asymmetry': ('T1', 'T3'),
     'stribeck_asymmetry': ('T2',),
 }
-#: Which of the two ways is to be used.
-JOINT, BY_RULE = 'joint', 'rule'
+#: Which of the ways is to be used.
+JOINT, BY_RULE, MEAN = 'joint', 'rule', 'mean'
 #: Bags are said to agree if they would be as different by chance in more than this share of cases.
 _AGREE = 0.01
 _TRAJECTORY = {kind.role: kind.name for kind in TRAJECTORIES.values() if kind.role}
@@ -80,8 +81,8 @@ class Consolidated:
     None where that is not possible; its residual is in units of a bag of usual noise. ``noise`` is
     the standard deviation that each bag's rows were weighted by [Nm or N]. ``own``: the parameters
     that the joint fit leaves to each bag; ``agreement`` holds the bags against one law for all.
-    ``preferred`` is ``joint`` or ``rule``, empty where
-    there is neither; ``reason`` is one sentence on why.
+    ``preferred`` is ``joint``, ``rule`` or, where bags are not of one law, ``mean``: that of what
+    single bags say. It is empty where there is none; ``reason`` is one sentence on why.
     """
 
     joint: str
@@ -102,6 +103,8 @@ class Consolidated:
         """Return the parameters of the way that is preferred, empty where there is none."""
         if self.preferred == JOINT and self.joint_fit is not None:
             return {**self.joint_fit.parameters, **self._of_bags()}
+        if self.preferred == MEAN:
+            return mean_of_bags(self.fits, self.agreement.differing, self.unit)
         return self.rule.parameters if self.preferred == BY_RULE else {}
 
     @property
@@ -115,6 +118,13 @@ class Consolidated:
         if self.own_bias and self.rule.sources.get('bias'):
             result['bias'] = self.rule.parameters['bias']
         return result
+
+    @property
+    def smoothing_velocity(self) -> float:
+        """Return v0 of the sign of the law that :attr:`parameters` are of [rad/s or m/s]."""
+        if self.preferred == JOINT and self.joint_fit is not None:
+            return self.joint_fit.smoothing_velocity
+        return max((fit.fit.smoothing_velocity for fit in self.fits.values()), default=0.0)
 
     @property
     def law(self) -> str:
@@ -185,6 +195,7 @@ def consolidate(
     recordings: Mapping[str, FrictionFit],
     roles: Mapping[str, BagRole],
     own_bias: bool | None = None,
+    variance: Mapping[str, float] = MappingProxyType({}),
 ) -> Consolidated:
     """
     Say what recordings tell together of one joint, by one observer.
@@ -199,6 +210,8 @@ def consolidate(
     :param unit: ``Nm`` or ``N``.
     :param recordings: the fits of each bag by its label, with their rows.
     :param own_bias: whether each bag has a bias of its own; None to see from the data.
+    :param variance: by parameter, what the rows of no bag show, as the fits of bags have it
+        already: not knowing the bodies, which are the same in all.
     """
     fits, unavailable, rows = {}, {}, {}
     for label, fit in recordings.items():
@@ -211,8 +224,8 @@ def consolidate(
     rule = paper_rule(fits, roles, unit)
     widths = [fit.fit.smoothing_velocity for fit in fits.values()]
     width = float(np.median(widths)) if widths else None
-    found = _JointFit(rows, unit, own_bias, width)
-    preferred, reason = _choose(found, rule)
+    found = _JointFit(rows, unit, own_bias, width, [fit.fit for fit in fits.values()])
+    preferred, reason = _choose(found, rule, fits)
     return Consolidated(
         joint,
         observer,
@@ -220,10 +233,10 @@ def consolidate(
         fits,
         unavailable,
         rule,
-        found.fit,
+        None if found.fit is None else found.fit.with_variance(variance),
         {label: noise.effective for label, noise in found.noise.items()},
         found.own,
-        found.agreement,
+        found.agreement.with_variance(variance),
         preferred,
         reason,
     )
@@ -238,6 +251,7 @@ class _JointFit:
         unit: str,
         own_bias: bool | None,
         smoothing_velocity: float | None,
+        fits: Sequence[LawFit],
     ) -> None:
         self.fit: LawFit | None = None
         self.problem = ''
@@ -263,7 +277,7 @@ class _JointFit:
             self.problem = str(error)
             return
         labels = list(known)
-        self.agreement = find_agreement(stack, labels, unit, self.fit)
+        self.agreement = find_agreement(stack, labels, unit, [self.fit, *fits])
         differing = {n for n in self.agreement.differing if n in OWN}
         if own_bias is not None:
             differing = differing - {'bias'} | set(self.own)
@@ -272,10 +286,10 @@ class _JointFit:
             before, self.fit = self.fit, stack.own(self.own).rows.fit(unit)
             if self.fit.law != before.law:
                 # What differs had been taken for a bend of the law.
-                self.agreement = find_agreement(stack, labels, unit, self.fit)
+                self.agreement = find_agreement(stack, labels, unit, [self.fit, *fits])
 
 
-def _choose(found: _JointFit, rule: RuleFit) -> tuple[str, str]:
+def _choose(found: _JointFit, rule: RuleFit, fits: Mapping[str, JointFit]) -> tuple[str, str]:
     """Return which way is preferred, and the sentence that says why."""
     usable = bool(rule.sources.get('coulomb') and rule.sources.get('viscous'))
     if found.fit is None:
@@ -289,9 +303,15 @@ def _choose(found: _JointFit, rule: RuleFit) -> tuple[str, str]:
         said = '; '.join(entry.sentence for entry in agreement.disagreements)
         if usable and not rule.missing:
             return BY_RULE, f'The bags are not of one law: {said}.'
+        why = f'The rule cannot be applied ({rule.reason or "a bag it needs has no fit"})'
+        if fits:
+            return MEAN, (
+                f'The bags are not of one law: {said}. {why}: each value given is the mean of '
+                'what single bags say, its interval holds them all.'
+            )
         return JOINT, (
-            f'The bags are not of one law: {said}. The rule cannot be applied '
-            f'({rule.reason or "a bag it needs has no fit"}), so that all bags are averaged.'
+            f'The bags are not of one law: {said}. {why}, and no bag has a fit of its own: '
+            'the joint fit averages them.'
         )
     if of_bags:
         said = '; '.join(entry.sentence for entry in of_bags)
@@ -371,14 +391,45 @@ def _open(name: str, unit: str, own: Sequence[Parameter], wanted: Sequence[str])
     return Parameter.not_told(unit_of(name, unit), reason, interval, experiment)
 
 
+def mean_of_bags(
+    fits: Mapping[str, JointFit], differing: Sequence[str], unit: str
+) -> dict[str, Parameter]:
+    """
+    Return what bags that are not of one law say in the mean, each by a fit of its own.
+
+    One that no bag tells is a range that reaches over those of all bags.
+
+    :param differing: the parameters that are known to differ.
+    """
+    result = {}
+    for name in dict.fromkeys(n for fit in fits.values() for n in fit.fit.parameters):
+        own = {k: f.fit.parameters[name] for k, f in fits.items() if name in f.fit.parameters}
+        known = {label: p for label, p in own.items() if _known(p)}
+        if known:
+            mean = spread_over(known)
+            result[name] = mean if name in differing else replace(mean, reason='', experiment='')
+            continue
+        first = next(iter(own.values()))
+        ends = np.array([p.interval or (np.nan, np.nan) for p in own.values()])
+        low, high = float(np.min(ends[:, 0])), float(np.max(ends[:, 1]))
+        interval = None if np.isnan(low + high) else (low, high)
+        result[name] = Parameter.not_told(
+            unit_of(name, unit), first.reason, interval, first.experiment
+        )
+    return result
+
+
 def spread_over(bags: Mapping[str, Parameter]) -> Parameter:
     """
     Return a parameter that differs between bags: their mean, and how far they are spread.
 
     The random effect of DerSimonian and Laird (Controlled Clinical Trials 7, 1986): weights
     1 / (s_k^2 + d^2), d the standard deviation between bags; the standard error is that of another
-    bag, sqrt(d^2 + s^2). The interval reaches from the lowest to the highest end of any bag.
+    bag, sqrt(d^2 + s^2), and no less than that of the surest: what bags share, such as the bodies,
+    is in no mean less. The interval reaches from the lowest to the highest end of any bag.
     """
+    if len(bags) == 1:
+        return next(iter(bags.values()))
     known = {label: p for label, p in bags.items() if np.isfinite(p.std_error)}
     values, errors = (
         np.array([getattr(p, n) for p in known.values()]) for n in ('value', 'std_error')
@@ -394,7 +445,7 @@ def spread_over(bags: Mapping[str, Parameter]) -> Parameter:
     return Parameter(
         float(w @ values / w.sum()),
         next(iter(known.values())).unit,
-        float(np.sqrt(between + 1.0 / w.sum())),
+        max(float(np.sqrt(between + 1.0 / w.sum())), float(errors.min())),
         (float(np.nanmin(ends[:, 0])), float(np.nanmax(ends[:, 1]))),
         reason=f'it differs between the bags: {told}',
         experiment='find out what changed between them: temperature, posture, zero of current',

@@ -24,6 +24,7 @@ from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import (
     BY_RULE,
     JOINT,
+    MEAN,
     Consolidated,
     Consolidation,
 )
@@ -37,8 +38,12 @@ from sosml_friction.report.fit.findings import law_remarks, law_sentence
 from sosml_friction.report.fit.joint_section import name_text
 
 #: How the two ways are called and drawn.
-WAYS = {JOINT: 'joint fit', BY_RULE: "paper's rule"}
-_STYLES = {JOINT: Style('#000000', 'D', '-', 1.8), BY_RULE: Style('#666666', 's', '-', 1.8)}
+WAYS = {JOINT: 'joint fit', BY_RULE: "paper's rule", MEAN: 'mean of bags'}
+_STYLES = {
+    JOINT: Style('#000000', 'D', '-', 1.8),
+    BY_RULE: Style('#666666', 's', '-', 1.8),
+    MEAN: Style('#000000', 'o', '-', 1.8),
+}
 
 
 class BagsJoint(NamedTuple):
@@ -95,7 +100,7 @@ def consolidated_remarks(view: BagsJoint) -> list[str]:
 
 
 def consolidated_rows(view: BagsJoint) -> list[ParameterRow]:
-    """Return the rows of a joint: each recording alone, the paper's rule, the joint fit."""
+    """Return the rows of a joint: each recording alone, then the ways to join them."""
     consolidation, entry = view.consolidation, view.entry
     rows = [
         ParameterRow(bag_name(consolidation, bag), entry.fits[bag].fit.parameters, bag_style(k))
@@ -105,6 +110,8 @@ def consolidated_rows(view: BagsJoint) -> list[ParameterRow]:
     ways: dict[str, Mapping[str, Parameter]] = {BY_RULE: entry.rule.parameters}
     if entry.joint_fit is not None:
         ways[JOINT] = entry.joint_fit.parameters
+    if entry.preferred == MEAN:
+        ways[MEAN] = entry.parameters
     for way, parameters in ways.items():
         chosen = way == entry.preferred
         shown = entry.parameters if chosen else parameters

@@ -171,6 +171,25 @@ def test_the_exponent_is_found_where_the_data_reach_below_the_knee(alpha):
     assert_covers(fits, truth, truth)
 
 
+@pytest.mark.parametrize(('alpha', 'is_one'), [(0.5, True), (2.5, True), (0.3, False)])
+def test_an_exponent_at_the_end_of_its_range_is_one_and_one_beyond_is_none(alpha, is_one):
+    """Friction of 0.5 was said to bend as no exponent makes it, though 0.5 left only noise."""
+    truth = {**TRUTH, 'exponent': alpha}
+    v = plateaus(np.geomspace(0.002, 0.6, 24))
+    x = np.abs(v) / truth['stribeck_velocity']
+    y = np.sign(v) * (truth['coulomb'] + truth['stribeck'] * np.exp(-(x**alpha)))
+    y += truth['viscous'] * v + truth['bias']
+    fits = [
+        fit_law(v, y + 0.05 * normal(np.random.default_rng(seed), len(v)), np.arange(len(v)), 'Nm')
+        for seed in range(6)
+    ]
+    known = [NOT_IDENTIFIABLE not in fit.parameters['stribeck'].flags for fit in fits]
+    assert all(known) if is_one else not any(known)
+    if is_one:
+        assert_covers(fits, truth, truth)
+        assert any(AT_BOUND in fit.parameters['exponent'].flags for fit in fits)
+
+
 @pytest.mark.parametrize('alpha', [1.0, 2.0])
 def test_an_exponent_that_the_data_do_not_show_leaves_size_and_velocity_open(alpha):
     """From 2.3 v_s up a Gaussian knee and an exponential one of another size are one curve."""
@@ -524,6 +543,20 @@ def test_a_smoother_sign_that_the_data_do_not_show_is_in_the_errors():
     assert sum(held) > 0.5 * len(held)
 
 
+@pytest.mark.parametrize('width', [0.03, 0.05])
+def test_a_sign_that_is_wider_than_the_slowest_speeds_is_found(width):
+    """Friction begins at a third to a fifth of the width; the search ended at twice the first."""
+    rng = np.random.default_rng(4)
+    v = plateaus(LOW)
+    y = 0.5 * np.tanh(v / width) + 0.2 * v + 0.005 * rng.normal(size=v.shape)
+    fit = fit_law(v, y, np.arange(len(v)), 'Nm', smoothing_velocity=None)
+    assert fit.smoothing_velocity == pytest.approx(width, rel=0.1)
+    for name, truth in (('coulomb', 0.5), ('viscous', 0.2)):
+        low, high = fit.parameters[name].interval
+        assert truth - 0.1 < low < truth < high < truth + 0.1
+        assert NOT_IDENTIFIABLE not in fit.parameters[name].flags
+
+
 def test_a_knee_that_the_data_do_not_show_is_in_the_errors():
     """
     A test of S that fails leaves it out, and C and B make up for it.
@@ -592,6 +625,24 @@ def test_friction_that_bends_otherwise_is_told_and_within_the_errors(bends):
         low, high = fit.parameters['coulomb'].interval
         assert low <= 0.8 <= high
     print(f'friction that bends: the band holds it at {np.mean(shares):.3f} of the speeds')
+
+
+@pytest.mark.parametrize(('drag', 'noise'), [(0.05, 0.0004), (0.3, 0.002)])
+def test_drag_is_told_as_a_bend_and_is_no_knee(drag, noise):
+    """A Stribeck term as wide as all speeds and more B stand for it: B .42 of .2, C .16 of .5."""
+    v = plateaus(np.repeat([0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5], 6))
+    for seed in range(4):
+        y = np.sign(v) * (0.5 + drag * v**2) + 0.2 * v
+        y += noise * np.random.default_rng(seed).normal(size=len(v))
+        fit = fit_law(v, y, np.arange(len(v)), 'Nm')
+        assert 'stribeck' in fit.drawn
+        (told,) = (check for check in fit.checks if check.name == BEND)
+        assert '|v|^2 ' in told.sentence
+        assert '--terms coulomb,viscous,bias,nonlinear_viscous ' in told.sentence
+        for name, truth in (('coulomb', 0.5), ('viscous', 0.2), ('stribeck', 0.0)):
+            low, high = fit.parameters[name].interval
+            assert low <= truth <= high, name
+        assert NOT_IDENTIFIABLE in fit.parameters['stribeck'].flags
 
 
 @pytest.mark.parametrize('power', [0.5, 0.66])

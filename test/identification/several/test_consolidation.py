@@ -16,6 +16,7 @@ from sosml_friction.identification.several.bag_roles import BagRole
 from sosml_friction.identification.several.consolidation import (
     BY_RULE,
     JOINT,
+    MEAN,
     consolidate,
     paper_rule,
     weighted_mean,
@@ -98,6 +99,21 @@ def test_bags_in_other_postures_agree_within_what_the_bodies_may_be_off_by():
     assert {entry.parameter for entry in known.agreement.disagreements} == {'bias'}
 
 
+def test_what_refitted_bodies_leave_open_is_in_the_joint_fit_as_in_those_of_bags():
+    """Rows at refitted bodies say nothing of it: a bias was 0.036 +- 0.001 Nm of none."""
+    parts = all_bags(3, None, slow={'bias': 0.1})
+    plain = together(parts)
+    wide = together(parts, variance={'bias': 0.05**2, 'coulomb': 0.02**2})
+    assert wide.joint_fit.parameters['coulomb'].std_error == pytest.approx(
+        np.hypot(plain.joint_fit.parameters['coulomb'].std_error, 0.02)
+    )
+    for label, bias in wide.agreement.own['bias'].items():
+        own = plain.agreement.own['bias'][label]
+        assert bias.std_error == pytest.approx(np.hypot(own.std_error, 0.05))
+    assert wide.agreement.disagreements == plain.agreement.disagreements
+    assert np.ptp(wide.parameters['bias'].interval) > np.ptp(plain.parameters['bias'].interval)
+
+
 def test_a_bag_counts_by_its_own_noise():
     """Weights are the inverse of each bag's noise, which its own rows tell to a fifth or so."""
     noise = {'ladder': 0.002, 'reversals': 0.05, 'slow': 0.01}
@@ -155,6 +171,44 @@ def test_an_offset_in_one_bag_is_told_as_bias_and_the_law_is_what_it_was(bag):
         assert found.parameters[name].value == pytest.approx(
             plain.parameters[name].value, rel=1e-6
         )
+
+
+def of_knee(seed, stribeck=0.5, stribeck_velocity=0.03, coulomb=0.8):
+    """Return the levels of all speeds, the width of the sign to be found, and their own fit."""
+    rng = np.random.default_rng([9, seed])
+    v = np.array([w * way for w in (*SPEEDS['slow'], *SPEEDS['ladder']) for way in (1, -1)] * 4)
+    y = np.sign(v) * (coulomb + stribeck * np.exp(-np.abs(v) / stribeck_velocity))
+    y += TRUTH['viscous'] * v + rng.normal(0.0, 0.01, v.shape)
+    part = LawRows(v, y, np.arange(len(v)), np.ones(len(v), dtype=bool), v, lambda x: x,
+                   find_smoothing=True)  # fmt: skip
+    own = JointFit('o', 'segments', 'Nm', part.fit('Nm'), (), np.empty(0))
+    return FrictionFit({'j': {'o': own}}, {}, {}, {'j': {'o': part}})
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [
+        [{'stribeck': S} for S in (0.3, 0.5, 0.7)],
+        [{'stribeck_velocity': v_s} for v_s in (0.02, 0.08, 0.02)],
+        [{'stribeck': 0.3}, {'stribeck_velocity': 0.06}, {}],
+        [{'stribeck': S, 'coulomb': C} for S, C in ((0.3, 0.7), (0.5, 0.8), (0.7, 0.9))],
+    ],
+)
+def test_knees_that_differ_are_told_as_that_and_the_mean_is_one_of_the_bags(changes):
+    """One S for all made differences of v_s, C and B, and a value that no mean is."""
+    fits = {f'bag{k}': of_knee(k, **change) for k, change in enumerate(changes)}
+    none = {label: BagRole('', 'motion', '') for label in fits}
+    found = consolidate('j', 'o', 'Nm', fits, none)
+    assert found.preferred == MEAN
+    assert set(found.agreement.differing) == {name for change in changes for name in change}
+    base = {name: TRUTH[name] for name in ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity')}
+    for name, own in base.items():
+        truths = [change.get(name, own) for change in changes]
+        parameter = found.parameters[name]
+        low, high = parameter.interval
+        assert low < min(truths) <= max(truths) < high, name
+        assert parameter.value == pytest.approx(np.mean(truths), abs=0.3 * np.ptp(truths) + 0.02)
+        assert bool(parameter.reason) == (len(set(truths)) > 1), name
 
 
 def test_bags_that_agree_are_seldom_said_to_differ():

@@ -15,6 +15,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.number_text import interval_text, value_text
 from sosml_friction.identification.several.bag_points import bag_points
+from sosml_friction.identification.several.consolidation import BY_RULE, JOINT
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common import figure
 from sosml_friction.report.figures.bags.law import BagsLaw
@@ -64,7 +65,7 @@ def test_no_unknown_number_is_printed_as_such(text):
 def test_each_recording_the_rule_and_the_joint_fit_have_a_row_with_their_numbers(bags):
     view = bags_joints(bags)['shoulder']
     entry, rows = view.entry, consolidated_rows(view)
-    assert [row.label for row in rows] == ['ladder (T1)', 'slow (T3)', *reversed(WAYS.values())]
+    assert [row.label for row in rows] == ['ladder (T1)', 'slow (T3)', WAYS[BY_RULE], WAYS[JOINT]]
     assert [row.label for row in rows if row.is_model] == [WAYS[entry.preferred]]
     assert rows[-1].parameters['coulomb'] == entry.joint_fit.parameters['coulomb']
     assert rows[-2].parameters == entry.rule.parameters
