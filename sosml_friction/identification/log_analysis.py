@@ -48,6 +48,7 @@ from sosml_friction.identification.regression_laws import (
     with_regression_estimates,
     without_direction,
 )
+from sosml_friction.identification.repeating_effort import repeats_finding
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
 from sosml_friction.identification.weak_form import WeakForm, shown_by_slope
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -157,6 +158,7 @@ def analyse_log(
             holds = (timing.hold(log.step),) * len(holds)
         if compared.late is None:
             checks = checks.told(DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step)))
+    checks = checks.told(*map(repeats_finding, compared.repeats.values()))
     if body is not None:
         nominal = body.model
         robot = nominal.make_robot()
