@@ -123,8 +123,8 @@ print(model)
 # %% [markdown]
 # ## 4. Fit friction
 #
-# The current is a command that is held until the next sample; for a measured current say
-# `effort_hold={'pivot': 'end'}`.
+# The current is a command that is held until the next sample; of one that was measured at its
+# stamp say `effort_hold={'pivot': 'mean'}`.
 
 # %%
 fit = sf.fit(log, model)

@@ -90,8 +90,9 @@ def observe(
     :param observers: which, one or several; first_order and sosml if None.
     :param bandwidth: [rad/s] of all observers; None for gains from the noise, friction and motion
         measured in the log where ``observers`` are named, and the usual bandwidth otherwise.
-    :param effort_hold: by joint, where in an interval its effort holds: ``start`` (a command,
-        also where nothing is said), ``mean``, ``end`` (a measurement).
+    :param effort_hold: by joint, where in an interval its effort holds: ``start`` (a command
+        that is held; also where nothing is said), ``mean`` (a value measured at its stamp) or
+        ``end`` (a mean since the sample before).
     :raises ConfigurationError: if an observer is unknown or has no gains by bandwidth.
     :raises DataError: if a joint is missing, no joint has effort, or the log is too short.
     """

@@ -170,7 +170,8 @@ EffortHoldOption = Annotated[
     list[str] | None,
     option(
         '[JOINT=]HOLD',
-        'Where in an interval a sample of effort holds: start (a command), mean, or end (a '
-        "measured current); repeatable; default: the bag's, else start.",
+        'Where in an interval a sample of effort holds: start (a command that is held), mean (a '
+        'value measured at its stamp), or end (a mean since the sample before); repeatable; '
+        "default: the bag's, else start.",
     ),
 ]

@@ -23,6 +23,7 @@ from sosml_friction.identification.body_refit import (
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.late_effort import DELAY, LateEffort, is_beyond
 from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.repeating_effort import COGGING, repeating
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND, Parameter
@@ -30,9 +31,11 @@ from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.settings import DiagnosisSettings
 
-#: What repeats over position is noise beside bodies, and its hundreds of lines are much of the
-#: time of a comparison, and of an hour most of its memory.
-_WITHOUT = ('cogging',)
+#: What repeats over position is noise beside bodies, but for what is much of all that is left: its
+#: hundreds of lines are much of the time of a comparison, and of an hour most of its memory.
+_WITHOUT = (COGGING,)
+#: Friction that is fitted again only where the data show it.
+_MORE_FRICTION = tuple(term for term in FRICTION if term not in NOMINAL)
 #: By joint, the law that was fitted beside bodies, and friction by load.
 FrictionBeside = tuple[Mapping[str, LawFit], tuple[EffectTerm, ...]]
 #: What friction by load has of the load.
@@ -50,6 +53,7 @@ class BodyComparison:
     ``late``: by how much effort was taken sooner, or later, for all of these; None where it acts
     between its samples.
     ``loads``: by joint, the share of its load that is friction, where the data show it.
+    ``repeats``: by joint, the cogging that was fitted besides, where it is much of what is left.
     ``friction`` returns what was fitted beside these bodies: by joint, the law of those that show
     no Stribeck term, and friction by load. Beside the model's own bodies it is fitted when it is
     asked for.
@@ -60,6 +64,7 @@ class BodyComparison:
     doubt: BodyDoubt | None = None
     late: LateEffort | None = None
     loads: Mapping[str, Parameter] = field(default_factory=dict)
+    repeats: Mapping[str, FittedTerm] = field(default_factory=dict)
     friction: Callable[[], FrictionBeside] = field(default=lambda: ({}, ()), repr=False)
 
     @classmethod
@@ -104,24 +109,30 @@ class BodyComparison:
                 return cls()
             raise
         late, recorded = None, logs
+        lines = repeating(fit)
+        beside = (*FRICTION, *lines)
+        if lines:
+            step('fitting what repeats with position besides')
+            fit = first(logs, terms=beside)
         if any(_rotors(fit).values()):
             # Effort that is late is that of all inertia, the rotors' too.
-            fit = first(logs, terms=FRICTION, rotors=_rotors(fit))
+            fit = first(logs, terms=beside, rotors=_rotors(fit))
         # Beyond an interval effort is as late as it is, which reads as viscous friction. The
         # column is the slope of a small delay: a large one is found in several rounds.
         tried = {0}
         while is_beyond(fit):
             step('measuring how late effort is')
-            delayed = first(logs, terms=(*FRICTION, DELAY), rotors=_rotors(fit))
+            delayed = first(logs, terms=(*beside, DELAY), rotors=_rotors(fit))
             more = LateEffort.of(delayed, logs, late.samples if late else 0)
             if more is None or more.samples in tried:
                 break
             late = more
             tried.add(late.samples)
             logs = [late.undone(log) for log in recorded]
-            fit = first(logs, terms=FRICTION, rotors=_rotors(delayed))
+            fit = first(logs, terms=beside, rotors=_rotors(delayed))
         fit_with = partial(plain, logs, rotors=_rotors(fit))
-        shown = [term for term in fit.terms if term.term not in NOMINAL and _is_shown(fit, term)]
+        repeats = {term.joint: term for term in fit.terms if term.term == COGGING}
+        shown = [t for t in fit.terms if t.term in _MORE_FRICTION and _is_shown(fit, t)]
         # What is said of a law is a name: it has to be worth the price of a parameter besides.
         price = float(np.log(fit.rows))
         loads = {
@@ -131,17 +142,18 @@ class BodyComparison:
             and _is_shown(fit, term, price)
             and not term.parameters[COEFFICIENT].may_be(0.0)
         }
-        labels = [term.label for term in shown]
-        again = partial(fit_with, bare, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
+        listed = (*NOMINAL, *(term.label for term in shown), *lines)
+        again = partial(fit_with, bare, listed, body_tolerance=fit.body.tolerance)
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
             doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
 
-            def beside() -> FrictionBeside:
+            def fitted_friction() -> FrictionBeside:
                 step('fitting friction beside the rigid body')
                 return friction_beside(again())
 
-            return cls(rotors, _timing(fit, logs, late), doubt, late, loads, beside)
+            timing = _timing(fit, logs, late)
+            return cls(rotors, timing, doubt, late, loads, repeats, fitted_friction)
         step('fitting beside the friction that the data show')
         fit = replace(again(), body=fit.body)
         body = BodyRefit.of(fit, model)
@@ -149,10 +161,11 @@ class BodyComparison:
             # Load is what the bodies of the model need: with those that fit it is another one.
             step('fitting friction by the load of these bodies')
             fitted = replace(body.model, effects=())
-            last = fit_with(fitted, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
+            last = fit_with(fitted, listed, body_tolerance=fit.body.tolerance)
             body = body.with_friction_of(last)
         found = (body.laws, body.loads)
-        return cls(body, _timing(fit, logs, late), None, late, loads, lambda: found)
+        timing = _timing(fit, logs, late)
+        return cls(body, timing, None, late, loads, repeats, lambda: found)
 
 
 def _rotors(fit: TermFit) -> dict[str, float]:

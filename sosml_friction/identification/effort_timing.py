@@ -11,10 +11,11 @@ from scipy.stats import truncnorm
 
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.model.parameter import Z_95
-from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS
+from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS, HOLDS_TOLD
+from sosml_friction.regression.rival import VERY_STRONG
 
-#: What a finding about it is called.
-TIMING = 'effort_timing'
+#: What a finding about it is called, and one about a hold that was stated.
+TIMING, STATED = 'effort_timing', 'effort_hold'
 #: Standard deviation of what is anywhere within an interval alike, as a share of it.
 _ANYWHERE = float(1.0 / np.sqrt(12.0))
 
@@ -68,13 +69,33 @@ class EffortTiming:
 
     def sentence(self, step: float) -> str:
         """Return for a person what was found, without a full stop."""
-        early = 'late' if self.delay_s > 0.0 else 'early'
-        told = plus_minus(1e3 * abs(self.delay_s), 1e3 * Z_95 * self.std_error, 'ms')
-        found = f'by the motion it is reported {told} {early}'
-        if not self.is_told(step):
-            found = 'the motion does not tell it either'
+        found = self._found() if self.is_told(step) else 'the motion does not tell it either'
         return (
             f'nothing says where between samples effort holds; {found} '
             f'(samples are {1e3 * step:.3g} ms apart), which is in the errors; '
-            '--effort-hold states it: start for a command, end for a measured current'
+            f'--effort-hold states it: {HOLDS_TOLD}'
         )
+
+    def contradicts(self, hold: str, step: float) -> bool:
+        """Tell whether the motion very strongly says another time than a stated hold does."""
+        off = self.delay_s - _delay(hold, step)
+        return off**2 > VERY_STRONG * self.std_error**2
+
+    def contradiction(self, hold: str, step: float) -> str:
+        """Return for a person that the motion contradicts a stated hold, without a full stop."""
+        off = abs(self.delay_s - _delay(hold, step)) / self.std_error
+        return (
+            f'the hold of effort is stated as {hold}, and {self._found()}, '
+            f'{off:.0f} standard errors from that (samples are {1e3 * step:.3g} ms apart): '
+            f'without --effort-hold it is measured; it states {HOLDS_TOLD}'
+        )
+
+    def _found(self) -> str:
+        early = 'late' if self.delay_s > 0.0 else 'early'
+        told = plus_minus(1e3 * abs(self.delay_s), 1e3 * Z_95 * self.std_error, 'ms')
+        return f'by the motion it is reported {told} {early}'
+
+
+def _delay(hold: str, step: float) -> float:
+    """Return how late an effort of a hold is reported [s]."""
+    return (0.5 * EFFORT_HOLDS.index(hold) - 0.5) * step

@@ -334,13 +334,27 @@ def _is_unit(effort: EffortRelation) -> bool:
     return alike and far and effort.scale > 0.0 and effort.free < _FAR * effort.alone
 
 
+def _is_turned(effort: EffortRelation) -> bool:
+    """Tell whether gravity of the URDF's masses explains the effort from another zero alone."""
+    masses = 1.0 / _SCALE < effort.zero_scale < _SCALE
+    return masses and effort.zero_misfit < _FAR * min(effort.upright, effort.alone)
+
+
 def _told(robot: Robot, i: int, effort: EffortRelation) -> list[DataFinding]:
     """Return what the effort beside the bodies says without refusing the joint."""
     name, unit = robot.names[i], robot.effort_units[i]
     found = []
     scale = effort.scale
     far = not 1.0 / _SCALE < scale < _SCALE and effort.free < _FAR * effort.as_it_is
-    if effort.tells and (far or not 1.0 / _MASSES < scale < _MASSES):
+    if _is_turned(effort):
+        what = (
+            f'position 0 of joint {name} seems to be {effort.zero:.3g} rad from that of its URDF: '
+            f'by gravity so turned {_percent(effort.zero_misfit)} of its effort are left '
+            f'unexplained, and {_percent(effort.as_it_is)} as it is; add as much to the position '
+            '(offset in the mapping), or correct the URDF'
+        )
+        found.append(DataFinding('position_zero', name, WARNING, what))
+    elif effort.tells and (far or not 1.0 / _MASSES < scale < _MASSES):
         what = (
             f'the effort of joint {name} is {_scale(scale, effort.error)} times what the bodies '
             f'of its URDF need to move as they did: by that scale {_percent(effort.free)} of it '

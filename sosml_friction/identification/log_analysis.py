@@ -17,7 +17,7 @@ from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.body_refit import LOAD, BodyRefit
 from sosml_friction.identification.data_checks import DataChecks, check_data
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, WARNING, DataFinding
-from sosml_friction.identification.effort_timing import TIMING
+from sosml_friction.identification.effort_timing import STATED, TIMING
 from sosml_friction.identification.fits_without_observer import (
     with_output_error,
     with_weak_form,
@@ -48,6 +48,7 @@ from sosml_friction.identification.regression_laws import (
     with_regression_estimates,
     without_direction,
 )
+from sosml_friction.identification.repeating_effort import repeats_finding
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
 from sosml_friction.identification.weak_form import WeakForm, shown_by_slope
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -151,12 +152,18 @@ def analyse_log(
         # What a joint by itself says of it is less sure.
         others = [found for found in checks.findings if found.check != BY_JOINT]
         checks = replace(checks, findings=(*others, compared.late.finding()))
-    body, timing = compared.refit, compared.timing if silent else None
+    body, timing, measured = compared.refit, compared.timing if silent else None, compared.timing
+    # Where each joint has its own, or values are means of several samples, it is another time.
+    one = not silent and compared.late is None and len({*holds}) == together == 1
+    if one and measured and measured.contradicts(holds[0], log.step):
+        text = measured.contradiction(holds[0], log.step)
+        checks = checks.told(DataFinding(STATED, ALL_JOINTS, WARNING, text))
     if timing is not None:
         if timing.is_told(log.step):
             holds = (timing.hold(log.step),) * len(holds)
         if compared.late is None:
             checks = checks.told(DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step)))
+    checks = checks.told(*map(repeats_finding, compared.repeats.values()))
     if body is not None:
         nominal = body.model
         robot = nominal.make_robot()

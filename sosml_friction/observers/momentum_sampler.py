@@ -25,8 +25,14 @@ from sosml_friction.observers.advance import (
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
 #: Where in an interval a sample of effort holds: ``start`` for a command that is held until the
-#: next sample, ``end`` for a measurement of what flowed until now, ``mean`` when neither is known.
+#: next sample, ``mean`` for a value of the moment of its stamp, ``end`` for a mean since the
+#: sample before.
 EFFORT_HOLDS = ('start', 'mean', 'end')
+#: The same for a person.
+HOLDS_TOLD = (
+    'start for a command that is held, mean for a value measured at its stamp, end for a mean '
+    'since the sample before'
+)
 VELOCITY_SOURCES = ('message', 'position_difference')
 
 

@@ -11,6 +11,14 @@ from sosml_friction.compiled import compiled
 #: A third difference above this multiple of the 90 % quantile is a gross error. Chosen, no
 #: measurement.
 _GROSS = 3.0
+#: Largest distance from a multiple of a count, in counts, that is one: a difference of two values
+#: is as far off as one in their last decimal. Chosen, no measurement.
+_OFF_COUNT = 0.125
+#: Share of the steps that are multiples of a count; by chance 2 of 8 are. Chosen, no measurement.
+_IN_COUNTS = 0.95
+#: The smallest step that is seen is the quantile of this: some are no steps of the signal. Chosen,
+#: no measurement.
+_SMALLEST = 0.01
 
 
 def difference_noise(difference: FloatArray, order: int) -> FloatArray:
@@ -31,9 +39,9 @@ def seen_noise(signals: FloatArray) -> FloatArray:
     """
     Return the quantum and the standard deviation of white noise of each column, (2, n).
 
-    As of :func:`signal_noise` and of :func:`difference_noise` of order 2, compiled: on line it is
-    done again and again. The quantum is infinite where there is none, the noise NaN where no
-    difference is finite; then there is no quantum either.
+    The smallest step that is seen, as of :func:`signal_noise`, and :func:`difference_noise` of
+    order 2, compiled: on line it is done again and again. The quantum is infinite where there is
+    none, the noise NaN where no difference is finite; then there is no quantum either.
 
     :param signals: (N, n), N > 2.
     """
@@ -56,30 +64,67 @@ def seen_noise(signals: FloatArray) -> FloatArray:
             if np.isfinite(bend):
                 bent[bends] = abs(bend)
                 bends += 1
-        found[0, i] = np.quantile(moved[:moves], 0.01) if moves and bends else np.inf
+        found[0, i] = np.quantile(moved[:moves], _SMALLEST) if moves and bends else np.inf
         found[1, i] = 1.4826 * np.median(bent[:bends]) / np.sqrt(6.0) if bends else np.nan
     return found
+
+
+def counts_of(x: FloatArray) -> float:
+    """
+    Return the count of which all steps of a signal are multiples, in its unit; 0 if there is none.
+
+    Counts that a file has in a few decimals are off by as much: the smallest step is not one of
+    them, and many of it are not many counts. So the count is that of least squares, sum(m d) /
+    sum(m^2) of steps d and whole numbers m = d / count, first of one and then of up to twice as
+    many each time.
+
+    :param x: (N,); samples that are not finite are left out.
+    """
+    moved: FloatArray = np.sort(_steps(x))
+    if not len(moved):
+        return 0.0
+    count, most = float(np.quantile(moved, _SMALLEST)), 1.0
+    # Less than half of a count is none.
+    moved = moved[moved > 0.5 * count]
+    while True:
+        near = moved[moved < (most + 0.5) * count]
+        multiples = np.rint(near / count)
+        count = float(near @ multiples / (multiples @ multiples))
+        if len(near) == len(moved):
+            break
+        most *= 2.0
+    off = np.abs(near / count - np.rint(near / count))
+    # Differences of positions are no surer than twelve digits: so any part says the same count.
+    return float(f'{count:.12g}') if float(np.mean(off < _OFF_COUNT)) > _IN_COUNTS else 0.0
 
 
 def signal_noise(x: FloatArray, order: int = 3) -> tuple[float, float]:
     """
     Return the quantum of a signal and the standard deviation of its white noise, in its unit.
 
-    The quantum is the smallest step that is seen; 0 if there is none. The noise is that of the
-    difference of ``order``, :func:`difference_noise`; 0 if there is too little of the signal.
+    The quantum is that of :func:`counts_of`, else the smallest step that is seen; 0 if there is
+    none. The noise is that of the difference of ``order``, :func:`difference_noise`; 0 if there is
+    too little of the signal.
 
     :param x: (N,); samples that are not finite are left out.
     """
-    moved = np.abs(np.diff(x))
-    moved = moved[np.isfinite(moved)]
-    # Multiples of a resolution differ by rounding, which is no step.
-    moved = moved[moved > 1e-9 * max(np.ptp(x[np.isfinite(x)]), 1e-300)] if len(moved) else moved
+    moved = _steps(x)
     difference = np.diff(x, order)
     difference = difference[np.isfinite(difference)]
     return (
-        float(np.quantile(moved, 0.01)) if len(moved) else 0.0,
+        counts_of(x) or (float(np.quantile(moved, _SMALLEST)) if len(moved) else 0.0),
         float(difference_noise(difference, order)) if len(difference) else 0.0,
     )
+
+
+def _steps(x: FloatArray) -> FloatArray:
+    """Return the sizes of the steps of a signal between samples that differ, (K,)."""
+    moved = np.abs(np.diff(x))
+    moved = moved[np.isfinite(moved)]
+    if not len(moved):
+        return moved
+    # Multiples of a resolution differ by rounding, which is no step.
+    return np.asarray(moved[moved > 1e-9 * max(np.ptp(x[np.isfinite(x)]), 1e-300)])
 
 
 def white_noise(q: FloatArray) -> float:

@@ -23,7 +23,7 @@ from sosml_friction.model.smooth_sign import softened
 from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.scales import Scales
-from sosml_friction.observers.signal_noise import signal_noise
+from sosml_friction.observers.signal_noise import counts_of, signal_noise
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
@@ -40,9 +40,6 @@ _SIGN_SHARES = (0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 
 #: Least white noise that dithers a quantum of position, as a share of the quantum: less is
 #: rounding. Chosen, no measurement.
 _DITHER = 0.1
-#: Largest distance from a multiple of a quantum, in quanta, that counts as one. Chosen, no
-#: measurement.
-_OFF_STEP = 0.02
 #: Widest sign, as a share of the top speed: three times as fast it is 99.5 % of itself, and what
 #: still grows there is no sign but a law of velocity. Chosen, no measurement.
 _WIDEST_SIGN = 0.1
@@ -225,8 +222,7 @@ def _position_noise(log: JointLog, robot: Robot, step: float) -> tuple[PositionN
     steps, effort, seen = np.zeros((3, robot.n))
     for i in range(robot.n):
         quantum, noise = signal_noise(log.q[:, i])
-        if _in_steps(log.q[:, i], quantum):
-            steps[i] = quantum
+        steps[i] = counts_of(log.q[:, i])
         # A joint that stands most of the time shows no noise, but moves in steps all the same.
         if noise > _DITHER * quantum or steps[i] > 0.0:
             noise = max(noise, quantum / np.sqrt(12.0))
@@ -237,16 +233,6 @@ def _position_noise(log: JointLog, robot: Robot, step: float) -> tuple[PositionN
     motion = Band(min(_NARROWEST, _HIGHEST / step), step).smooth(log.q, 1.0)
     inertia = robot.inertia(np.nanmedian(log.q, axis=0))
     return PositionNoise.seen(log.q, motion, steps, effort, inertia), seen
-
-
-def _in_steps(x: FloatArray, quantum: float) -> bool:
-    """Tell whether a signal moves by multiples of its smallest step."""
-    moved = np.abs(np.diff(x))
-    moved = moved[np.isfinite(moved) & (moved > 0.5 * quantum)]
-    if quantum <= 0.0 or not len(moved):
-        return False
-    multiples = moved / quantum
-    return float(np.mean(np.abs(multiples - np.rint(multiples)) < _OFF_STEP)) > 0.95
 
 
 def find_scales(logs: Sequence[JointLog], model: RobotModelFile, robot: Robot) -> Scales:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from known_robots import recording, sines
 from scipy.signal import lfilter
 
 from sosml_friction.bags.bag import Bag
@@ -208,6 +209,20 @@ def test_the_resolution_of_an_encoder_is_found(good, robot):
     step = 2.0 * np.pi / 2**14
     _, checks = check_data(replace(good, q=step * np.round(good.q / step)), robot)
     assert checks.joints['shoulder'].position_step == pytest.approx(step)
+
+
+@pytest.mark.parametrize(('zero', 'load'), [(0.0, 1.0), (0.0, 1.3), (0.5, 1.3), (np.pi, 1.0)])
+def test_a_position_that_counts_from_elsewhere_is_told_by_the_phase_of_gravity(zero, load):
+    """A servo whose centre is not taken off: its axis was said to have the other sign."""
+    t = 0.02 * np.arange(3000)
+    q, v, a = sines(t, ((0.9, 0.5, 0.0), (0.3, 2.3, 1.0), (0.1, 5.1, 2.0)))
+    tau = 0.011 * a + load * 0.44 * np.sin(q) + 0.15 * np.sign(v) + 0.05 * v
+    tau += 0.005 * np.random.default_rng(0).standard_normal(len(t))
+    model = pendulum_model(0.44 / (9.81 * 0.15), 0.15, 0.0, 0.004, 'j').make_robot()
+    _, checks = check_data(recording(('j',), t, q - zero, tau), model)
+    said = [f.sentence for f in checks.findings]
+    assert len(said) == bool(zero)
+    assert not zero or f'seems to be {zero:.1f}'[:-1] in said[0]
 
 
 @pytest.mark.parametrize('i', [0, 1])

@@ -13,7 +13,7 @@ from known_robots import recording, sines
 import sosml_friction as sf
 from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.data_finding import NOTE, WARNING
-from sosml_friction.identification.effort_timing import TIMING, EffortTiming
+from sosml_friction.identification.effort_timing import STATED, TIMING, EffortTiming
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.late_effort import LateEffort
 from sosml_friction.identification.log_analysis import analyse_log
@@ -184,6 +184,18 @@ def test_what_is_stated_is_not_measured_and_may_be_wrong():
     viscous = fits['weak_form'].fit.parameters['viscous']
     assert VISCOUS - viscous.value > 5.0 * viscous.std_error
     assert not [f for f in found.data_checks.findings if f.check == TIMING]
+
+
+@pytest.mark.parametrize(
+    ('late', 'hold', 'told'),
+    [(0.0, 'end', True), (0.0, 'mean', False), (0.5, 'end', False), (-0.5, 'start', False)],
+)
+def test_a_stated_hold_that_the_motion_contradicts_is_told(late, hold, told):
+    """A torque of the moment of its stamp was stated to be one that ends there."""
+    found = analyse_log(swing(late * STEP), MODEL, effort_hold=hold)
+    said = [f for f in found.data_checks.findings if f.check == STATED]
+    assert [f.level for f in said] == [WARNING] * told
+    assert not told or 'mean for a value measured at its stamp' in said[0].sentence
 
 
 def test_an_unsure_timing_makes_an_unsure_friction():

@@ -20,6 +20,7 @@ from sosml_friction.identification.number_text import (
     format_number,
     plus_minus,
     range_text,
+    rounded,
     value_text,
 )
 from sosml_friction.identification.parameter_interval import (
@@ -37,6 +38,8 @@ from sosml_friction.report.fit.joint_view import JointView
 BETWEEN = 'between'
 #: Share of lost samples that is told. Chosen, no measurement.
 _LOST = 0.02
+#: A law that leaves more of friction than this [%, root mean squares] explains the smaller part.
+_HALF = 50.0
 
 
 def joint_sentence(view: JointView) -> str:
@@ -90,8 +93,18 @@ def law_sentence(
 
 
 def law_remarks(fit: LawFit) -> list[str]:
-    """Return what a law must not be used without: failed checks, its knee, what there is for S."""
-    remarks = [check.sentence for check in fit.checks if not check.passed or check.name == KNEE]
+    """
+    Return what a law must not be used without.
+
+    That it leaves more than it explains, failed checks, its knee, and what there is for S.
+    """
+    remarks = []
+    if fit.relative_error > _HALF:
+        remarks.append(
+            f'The law leaves {rounded(fit.relative_error)} % of the effort beside the rigid body, '
+            'more than half: something else acts, and sosml diagnose looks for what.'
+        )
+    remarks += [check.sentence for check in fit.checks if not check.passed or check.name == KNEE]
     if STRIBECK_AT_SLOWEST in fit.derived:
         speed = unit_of('stribeck_velocity', fit.derived[STRIBECK_AT_SLOWEST].unit)
         remarks.append(

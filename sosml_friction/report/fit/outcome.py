@@ -132,8 +132,8 @@ class FitOutcome:
             who = 'The bag does' if len(self.bags) == 1 else f'Of the bags, {", ".join(silent)} do'
             yield (
                 f'{who} not say where in an interval effort holds, so it was taken for a\n'
-                'command (start). A measured current holds until its sample (--effort-hold end), '
-                'and\na period of delay reads as viscous friction.'
+                'command (start). --effort-hold states it: a value measured at its stamp is mean, '
+                'one\nof the time since the sample before end; a delay reads as viscous friction.'
             )
 
 

@@ -109,6 +109,14 @@ def test_a_check_that_fails_is_noted_and_one_that_passes_is_not(view):
     assert not any('same in both directions' in note for note in told)
 
 
+@pytest.mark.parametrize(('left', 'said'), [(49.0, False), (60.6, True)])
+def test_a_law_that_leaves_more_than_half_is_told_with_what_is_next(view, left, said):
+    fit = dataclasses.replace(changed(view).fits['sosml'].fit, relative_error=left)
+    told = [remark for remark in law_remarks(fit) if 'sosml diagnose' in remark]
+    assert bool(told) == said
+    assert not said or 'leaves 61 % of the effort' in told[0]
+
+
 def test_what_the_data_tell_instead_is_said_with_the_speed(view):
     derived = {STRIBECK_AT_SLOWEST: Parameter(0.049, 'Nm', math.nan, (0.047, 0.051))}
     fit = changed(view, derived=derived).fits['sosml'].fit
