@@ -42,9 +42,9 @@ _SIGN_SHARES = (0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 
 _DITHER = 0.1
 #: Widest sign, as a share of the top speed: three times as fast it is 99.5 % of itself, and what
 #: still grows there is no sign but a law of velocity. Chosen, no measurement.
-_WIDEST_SIGN = 0.1
+WIDEST_SIGN = 0.1
 #: Widths tried where the model states none, as shares of the top speed. Chosen, no measurement.
-_WIDTHS = (0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, _WIDEST_SIGN)
+_WIDTHS = (0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, WIDEST_SIGN)
 #: And then, as shares of the best of these: a quarter of a step and half of one to both sides.
 _NEARER = (0.76, 0.87, 1.0, 1.15, 1.32)
 #: Widest sign beside a knee, as a share of its v_s: twice as wide, friction is largest at v_s / 2

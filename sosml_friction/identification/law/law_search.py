@@ -26,6 +26,7 @@ from sosml_friction.identification.law.law_problem import (
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS
 from sosml_friction.model.terms.nonlinear_viscous import POWERS, NonlinearViscous
 from sosml_friction.regression.rival import rival_probability
+from sosml_friction.regression.signals import WIDEST_SIGN
 
 #: Share of the friction level that is no S.
 _NOTHING = 1e-9
@@ -46,8 +47,8 @@ _BELOW, HIDDEN = 8.0, 3.0
 #: A search leaves 1e-6 of its ends; what is as near as this is at one.
 _AT_END = 1e-3
 #: v0 is searched between these multiples of the slowest speed, and where it is at the end of that,
-#: to this part of the fastest: tanh(2) is 0.96, so that the data have what a sign is beyond it.
-_LEAST_V0, _LARGEST_V0, _WIDEST_V0 = 0.08, 2.0, 0.5
+#: on to the widest that is a sign.
+_LEAST_V0, _LARGEST_V0 = 0.08, 2.0
 #: Where searches of the exponent begin, to both sides of the usual one, 1.
 _BENDS = (0.7, 1.6)
 
@@ -156,8 +157,8 @@ class LawSearch:
         self.coarse = self.grid[:: 2 if v0 is not None else _GRID // _COARSE]
         self.widest = _LARGEST_V0 * self.slowest
         best = self._searched(v0)
-        if self.finds_v0 and self._is_endless(best) and self.widest < _WIDEST_V0 * self.fastest:
-            self.widest = _WIDEST_V0 * self.fastest
+        if self.finds_v0 and self._is_endless(best) and self.widest < WIDEST_SIGN * self.fastest:
+            self.widest = WIDEST_SIGN * self.fastest
             best = self._searched(v0)
         # What fits better than ``full`` and ``plain``, but not by enough to be shown.
         self.full, unshown = self._settled(self.whole(best))
