@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from sosml_friction.api.simulate import Simulation, simulate
     from sosml_friction.api.term_fit import Terms
     from sosml_friction.bags.joint_log import JointLog
+    from sosml_friction.exceptions import SosmlFrictionError
 
 #: setup.py reads it here; package.xml repeats it, and a test compares them.
 __version__ = '0.1.0'
@@ -40,6 +41,7 @@ __all__ = [
     'Model',
     'Observation',
     'Simulation',
+    'SosmlFrictionError',
     'Terms',
     '__version__',
     'diagnose',
@@ -56,6 +58,7 @@ _HOMES = {
     'Model': 'api.model',
     'Observation': 'api.observe',
     'Simulation': 'api.simulate',
+    'SosmlFrictionError': 'exceptions',
     'Terms': 'api.term_fit',
     'diagnose': 'api.diagnose',
     'fit': 'api.fit',

@@ -23,19 +23,29 @@ def labelled(logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog]) -> di
     :raises DataError: if there is none.
     :raises ConfigurationError: if something else is given, such as a path.
     """
-    if isinstance(logs, JointLog):
-        return {'log': logs}
-    if not logs:
-        raise DataError('there is no recording: give at least one')
     if isinstance(logs, Mapping):
         found = dict(logs)
+    elif not isinstance(logs, (list, tuple)):
+        found = {'log': one_log(logs)}
     elif len(logs) == 1:
         found = {'log': logs[0]}
     else:
         found = {f'log {k}': log for k, log in enumerate(logs, 1)}
-    if not all(isinstance(log, JointLog) for log in found.values()):
-        raise ConfigurationError(f'{logs!r:.60} is no recording: give what sf.load returns')
-    return found
+    if not found:
+        raise DataError('there is no recording: give at least one')
+    return {label: one_log(log) for label, log in found.items()}
+
+
+def one_log(log: object) -> JointLog:
+    """
+    Return a recording.
+
+    :raises ConfigurationError: if something else is given, such as a path.
+    """
+    if not isinstance(log, JointLog):
+        given = ' '.join(f'{log!r:.60}'.split())
+        raise ConfigurationError(f'{given} is no recording: give what sf.load returns')
+    return log
 
 
 def velocity_of(log: JointLog) -> FloatArray:

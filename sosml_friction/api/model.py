@@ -176,8 +176,15 @@ def one_model(
     """
     if (model is None) == (mjcf is None):
         raise ConfigurationError('give model or mjcf, and not both')
-    if mjcf is not None:
-        return read_mjcf(mjcf, free_rotors)
+    return content_of(model) if mjcf is None else read_mjcf(mjcf, free_rotors)
+
+
+def content_of(model: Model | None) -> RobotModelFile:
+    """
+    Return what a model holds.
+
+    :raises ConfigurationError: if it is none.
+    """
     if not isinstance(model, Model):
         raise ConfigurationError(f'model is {model!r}: give an sf.Model, as sf.Model.read(folder)')
     return model.content

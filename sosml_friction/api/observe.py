@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sosml_friction.api.logs import velocity_of
-from sosml_friction.api.model import Model
+from sosml_friction.api.logs import one_log, velocity_of
+from sosml_friction.api.model import Model, content_of
 from sosml_friction.api.names import as_names
 from sosml_friction.api.result import Result
 from sosml_friction.arrays import FloatArray
@@ -96,10 +96,11 @@ def observe(
     :raises ConfigurationError: if an observer is unknown or has no gains by bandwidth.
     :raises DataError: if a joint is missing, no joint has effort, or the log is too short.
     """
-    robot = as_recorded(model.content, log).make_robot()
+    content = content_of(model)
+    robot = as_recorded(content, one_log(log)).make_robot()
     log = log.select(robot.names)
     log.require_effort()
-    log = replace(log, tau=EffortCorrection(model.content).torque(log.tau))
+    log = replace(log, tau=EffortCorrection(content).torque(log.tau))
     holds = effort_holds(robot.names, effort_hold or {}, None)
     configuration = configuration_for(log, robot, bandwidth, holds, as_names(observers))
     friction = configuration.make_estimator(robot).batch(log)

@@ -5,7 +5,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from sosml_friction.api.model import Model
+from sosml_friction.api.logs import one_log
+from sosml_friction.api.model import Model, content_of
 from sosml_friction.api.result import Result, blocks_text
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
@@ -79,5 +80,6 @@ def simulate(log: JointLog, model: Model, horizon_s: float | None = None) -> Sim
     :raises DataError: if no joint has effort, or no stretch is long enough.
     :raises ConfigurationError: if the model cannot be simulated, or the horizon is no time.
     """
-    found = simulate_model(log, as_recorded(model.content, log), horizon_s=horizon_s)
+    nominal = as_recorded(content_of(model), one_log(log))
+    found = simulate_model(log, nominal, horizon_s=horizon_s)
     return Simulation(found, model, log_source(log, 'log'))

@@ -229,13 +229,19 @@ def test_several_logs_are_fitted_alone_and_together(log, model):
         sf.fit([], model)
 
 
-def test_a_path_is_no_recording_and_no_model(log, model):
+@pytest.mark.parametrize('function', [sf.fit, sf.diagnose, sf.observe, sf.simulate])
+def test_what_is_no_recording_and_no_model_is_refused_in_a_sentence(log, model, function):
+    with pytest.raises(sf.SosmlFrictionError, match=r"^'bag' is no recording: give what sf"):
+        function('bag', model)
+    with pytest.raises(sf.SosmlFrictionError, match=r'^array\(.*\) is no recording: give what sf'):
+        function(np.zeros((3, 2)), model)
+    with pytest.raises(sf.SosmlFrictionError, match=r"^model is 'folder': give an sf"):
+        function(log, 'folder')
+
+
+def test_a_path_that_is_not_there_is_told():
     with pytest.raises(DataError, match='no/bag does not exist: give the path'):
         sf.load('no/bag')
-    with pytest.raises(ConfigurationError, match="'bag' is no recording: give what sf"):
-        sf.fit('bag', model)
-    with pytest.raises(ConfigurationError, match="model is 'folder': give an sf"):
-        sf.diagnose(log, 'folder')
 
 
 def test_what_cannot_be_fitted_is_refused_in_a_sentence(log, model):
