@@ -15,6 +15,8 @@ from sosml_friction.api.result import Result
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import as_recorded
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.log_analysis import effort_holds
 from sosml_friction.identification.number_text import format_number
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -32,16 +34,18 @@ class Observation(Result):
     ``friction`` by observer (N, n) [Nm or N] on the stamps of ``log``, positive for positive
     velocity, NaN where an observer had just started; ``configuration``: the gains that ran.
     ``log`` has the joints in the order of the model, and its effort is the torque at the joint.
+    ``told``: what is wrong with the data, a sentence each, as :func:`sosml_friction.fit` says it.
     """
 
     log: JointLog
     friction: Mapping[str, FloatArray]
     units: tuple[str, ...]
     configuration: ObserverConfiguration
+    told: tuple[str, ...] = ()
 
     def summary(self) -> str:
-        """Return the median of each observer's estimate in either direction, a line each."""
-        lines, v = [], velocity_of(self.log)
+        """Return the median of each estimate in either direction, after what is wrong."""
+        lines, v = list(self.told), velocity_of(self.log)
         for name, tau_f in self.friction.items():
             for i, joint in enumerate(self.log.names):
                 levels = [
@@ -66,6 +70,7 @@ class Observation(Result):
                 'gains': self.configuration.gains,
                 't_ns': self.log.t_ns,
                 'friction': self.friction,
+                'told': self.told,
             }
         )
 
@@ -84,7 +89,8 @@ def observe(
     """
     Estimate the friction of every joint along a recording.
 
-    What the model knows of the effort's measurement (scale, bias, ...) is undone first.
+    What the model knows of the effort's measurement (scale, bias, ...) is undone first. Whatever
+    the data are, there are estimates: ``told`` says why they may be none.
 
     :param log: the motion; its joints include the model's.
     :param observers: which, one or several; first_order and sosml if None.
@@ -104,4 +110,8 @@ def observe(
     holds = effort_holds(robot.names, effort_hold or {}, None)
     configuration = configuration_for(log, robot, bandwidth, holds, as_names(observers))
     friction = configuration.make_estimator(robot).batch(log)
-    return Observation(log, friction, robot.effort_units, configuration)
+    try:
+        told = check_data(log, robot, free_rotors=content.unknown_armature)[1].sentences
+    except DataError as error:
+        told = (str(error),)
+    return Observation(log, friction, robot.effort_units, configuration, told)

@@ -66,6 +66,7 @@ def export(
         raise ConfigurationError(f'{file} exists and is not overwritten: choose another --out')
     lost, losses, text = target.lost(source), target.losses(source), target.text(source)
     try:
+        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding='utf-8')
     except OSError as error:
         raise ConfigurationError(f'{file} cannot be written: {error.strerror}') from error

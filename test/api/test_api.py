@@ -258,6 +258,14 @@ def test_what_cannot_be_fitted_is_refused_in_a_sentence(log, model):
         sf.fit(log, model, body_tolerance=-0.1)
 
 
+def test_observers_say_why_what_they_estimate_may_be_no_friction(log, model):
+    found = sf.observe(replace(log, tau=-log.tau), model)
+    (why,) = found.told
+    assert 'turn the sign of its effort' in why
+    assert found.summary().startswith(why)
+    assert found.to_dict()['told'] == [why]
+
+
 def test_observers_say_what_the_friction_is(log, model):
     found = sf.observe(log, model, observers=['sosml'])
     assert list(found.friction) == ['sosml']
@@ -265,6 +273,7 @@ def test_observers_say_what_the_friction_is(log, model):
     steady = np.isfinite(tau_f) & (log.v[:, 0] > 0.039) & (log.v[:, 0] < 0.041)
     assert np.median(tau_f[steady]) == pytest.approx(COULOMB + 0.04 * VISCOUS, rel=0.05)
     assert 'forwards' in found.summary()
+    assert found.told == ()
     document = found.to_dict()
     assert json.loads(json.dumps(document, allow_nan=False))['joints'] == ['slider']
     assert len(document['friction']['sosml']) == len(log)

@@ -231,7 +231,7 @@ def test_intervals_are_in_the_file(model):
 
 
 def test_the_json_of_the_command_obeys_its_schema(tmp_path, capsys):
-    out = tmp_path / 'robot.urdf'
+    out = tmp_path / 'new' / 'robot.urdf'
     assert main(['export', str(FOLDER), '--to', 'urdf', '--out', str(out), '--json']) == 0
     document = json.loads(capsys.readouterr().out)
     jsonschema.validate(document, json.loads(SCHEMA.read_text()))
