@@ -47,7 +47,7 @@ ONLY = {
     'actuators': {'arrays', 'exceptions', 'plain_number', 'registry', 'share', 'yaml_text'}
     | {'model', 'bags', 'motion', 'simulation'},
     # Names of the API, loaded when they are used.
-    '': {'api', 'bags'},
+    '': {'api', 'bags', 'exceptions'},
 }
 LEVEL = {name: level for level, row in enumerate(LAYERS) for name in row} | {'': len(LAYERS)}
 

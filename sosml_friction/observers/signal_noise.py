@@ -86,12 +86,13 @@ def counts_of(x: FloatArray) -> float:
     count, most = float(np.quantile(moved, _SMALLEST)), 1.0
     # Less than half of a count is none.
     moved = moved[moved > 0.5 * count]
-    while True:
+    near = moved[:0]
+    while len(near) < len(moved):
         near = moved[moved < (most + 0.5) * count]
+        if not len(near):
+            return 0.0
         multiples = np.rint(near / count)
         count = float(near @ multiples / (multiples @ multiples))
-        if len(near) == len(moved):
-            break
         most *= 2.0
     off = np.abs(near / count - np.rint(near / count))
     # Differences of positions are no surer than twelve digits: so any part says the same count.

@@ -69,3 +69,8 @@ def test_positions_that_are_no_counts_have_none(noise):
     q = strokes() + noise * np.random.default_rng(0).standard_normal(len(strokes()))
     assert counts_of(q) == 0.0
     assert signal_noise(q)[0] > 0.0
+
+
+def test_two_steps_far_from_each_other_have_no_count():
+    """Between them is what the smallest steps are: nothing is near it, and a search for it ends."""
+    assert counts_of(np.array([0.0, 1.0, 1001.0])) == 0.0
