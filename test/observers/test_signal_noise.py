@@ -72,5 +72,5 @@ def test_positions_that_are_no_counts_have_none(noise):
 
 
 def test_two_steps_far_from_each_other_have_no_count():
-    """Between them is what the smallest steps are: nothing is near it, and a search for it ends."""
+    """Between them is what the smallest steps are: nothing is near it, and the search ends."""
     assert counts_of(np.array([0.0, 1.0, 1001.0])) == 0.0
