@@ -70,7 +70,8 @@ class Signals:
     the second of :func:`~.steady_acceleration.steady_acceleration`;
     ``shaken`` (N, n): effort that the nominal bodies need beyond it for the acceleration as it is
     measured: in the residual it is noise of known size, but in a column it would take that off;
-    ``rough`` (N, n): that acceleration less ``a``;
+    ``rough`` (N, n): that acceleration less ``a``; ``jitter`` (n,): standard deviation of what the
+    noise of position is in ``v``;
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
     :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
@@ -104,6 +105,7 @@ class Signals:
     more_load: FloatArray | float = 0.0
     shaken: FloatArray | float = 0.0
     rough: FloatArray | float = 0.0
+    jitter: FloatArray | float = 0.0
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
     turns: frozenset[int] = frozenset()
@@ -298,8 +300,8 @@ def make_signals(
     v = first_derivative(q, step)
     a = first_derivative(v, step)
     sign = _signs(q, v, scales)
-    noise = _position_noise(stretch, robot, step)[0].drawn(np.random.default_rng(0))
-    steady = steady_acceleration(a, second_derivative(band.smooth(noise), step), band)
+    noise = band.smooth(_position_noise(stretch, robot, step)[0].drawn(np.random.default_rng(0)))
+    steady = steady_acceleration(a, second_derivative(noise, step), band)
     regressor = robot.torque_regressors(q, v, steady)
     bodies, rotors = robot.inertial_parameters().ravel(), np.array(robot.armature)
     if robot.followers:
@@ -329,6 +331,7 @@ def make_signals(
         temperature=stretch.temperature,
         shaken=whole - rigid,
         rough=a - steady,
+        jitter=np.std(first_derivative(noise, step), axis=0),
         silent=frozenset(np.flatnonzero(silent).tolist()),
     )
 

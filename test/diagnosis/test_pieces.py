@@ -31,7 +31,7 @@ from sosml_friction.regression.noise_model import ORDER, fit_noise
 from sosml_friction.regression.nominal import effort_slope, make_nominal
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
-from sosml_friction.regression.structure import Structure
+from sosml_friction.regression.structure import HATS, Structure
 
 #: Those of design.md section 4 that the library holds; the other three are faults of data.
 DESIGN = [
@@ -213,6 +213,19 @@ def test_a_free_curve_is_one_over_all_stretches(arm):
         )
         assert one.std() > 0.1
         assert one == pytest.approx(other, abs=1e-9)
+
+
+@pytest.mark.parametrize(('apart', 'asked'), [(3.0, False), (30.0, True)])
+def test_of_a_joint_that_moves_in_proportion_nothing_is_asked_by_its_speed(arm, apart, asked):
+    """Beside the own speed the noise of its velocity is left: 3 times it is, 30 times is not."""
+    _, _, signals = arm
+    noise = np.array([0.01, 0.02])
+    other = np.random.default_rng(0).standard_normal(len(signals.v))
+    v = np.column_stack([signals.v[:, 0], 0.5 * signals.v[:, 0] + apart * noise[1] * other])
+    own = dataclasses.replace(signals, v=v, jitter=noise)
+    hats = Elsewhere([own]).columns(own, 0, {})[:, 0]
+    assert np.abs(hats[:, : 4 * HATS]).sum(axis=0).all()
+    assert hats[:, 4 * HATS : 6 * HATS].any() == asked
 
 
 def test_a_spring_deflects_by_load_over_stiffness_and_a_gap_by_half_of_it():

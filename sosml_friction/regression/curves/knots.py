@@ -10,9 +10,9 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.regression.kernels import hats, quantile_knots
 from sosml_friction.regression.signals import Signals
 
-#: Least distance of knots, in standard deviations of the noise on their axis: there the intervals
-#: of 3 about two neighbours meet.
-_APART = 6.0
+#: Least distance of two things on an axis, in standard deviations of the noise there, to be told
+#: from each other: there the intervals of 3 about them meet.
+APART = 6.0
 
 
 def knots_of(
@@ -32,7 +32,7 @@ def knots_of(
     """
     x = np.concatenate([signal(s) for s in stretches])
     knots = [quantile_knots(x[:, i], count) for i in range(x.shape[1])]
-    least = np.zeros(len(knots)) if noise is None else _APART * noise
+    least = np.zeros(len(knots)) if noise is None else APART * noise
     return [_apart(own, distance) for own, distance in zip(knots, least, strict=True)]
 
 
