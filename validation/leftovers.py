@@ -6,9 +6,10 @@ What curves and ripples explain of recordings without an effect, on three plants
     python -m validation.leftovers --seed 1
 
 The plants are those of ``axis_campaign``, ``campaign`` and ``mujoco_campaign``. Of each joint: the
-energy of its largest curve and of its largest ripple as a share of that of noise, and the share of
-what is left that all of its curves explain together
-(:mod:`sosml_friction.diagnosis.decision.remainder`).
+energy of its largest curve and of its largest ripple as a share of that of noise, the share of
+what is left that all of its curves explain together, and the energy of friction by the next
+joint's position or speed over its floor (:mod:`sosml_friction.diagnosis.decision.remainder`); the
+largest mean of what is left, in usual ones (:mod:`sosml_friction.regression.contacts`).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.export.diagnosed import trust_of_a_simulation
 from sosml_friction.model.model_folder import RobotModelFile
@@ -77,8 +79,16 @@ PLANTS: dict[str, Callable[[int, int], Iterator[Null]]] = {
 }
 
 
-def largest(found: Diagnosis) -> tuple[float, float, float]:
-    """Return the largest energy of a curve and of a ripple over noise, and share of all curves."""
+#: Friction that no cause of the catalogue is.
+_BY_THE_NEXT = tuple(f'{FRICTION_BY}{axis}' for axis in NEIGHBOURS)
+HEADS = {
+    'plant': '', 'recordings': 'n', 'largest curve': 'n', 'largest ripple': 'n',
+    'all together': 'n', 'friction by the next joint': 'n', 'largest mean': 'n',
+}  # fmt: skip
+
+
+def largest(found: Diagnosis) -> tuple[float, ...]:
+    """Return the largest of all joints, in the order of :data:`HEADS`."""
     assert found.selection is not None
     assert found.laboratory is not None
     left, rows = found.selection.remainder, found.laboratory.known
@@ -87,7 +97,9 @@ def largest(found: Diagnosis) -> tuple[float, float, float]:
     curve, ripple = (
         max((x.energy / rows[x.joint] for x in some), default=0.0) for some in (curves, ripples)
     )
-    return curve, ripple, float(left.explained.max())
+    beside = max((x.energy / x.floor for x in curves if x.axis in _BY_THE_NEXT), default=0.0)
+    mean = float(found.laboratory.contacts.largest.max())
+    return curve, ripple, float(left.explained.max()), beside, mean
 
 
 def main() -> None:
@@ -103,11 +115,7 @@ def main() -> None:
             for log, model, settings in nulls(given.seed, given.recordings)
         ]
         rows.append((name, f'{len(each)}', *(f'{x:.4f}' for x in np.max(each, axis=0))))
-    heads = {
-        'plant': '', 'recordings': 'n', 'largest curve': 'n', 'largest ripple': 'n',
-        'all together': 'n',
-    }  # fmt: skip
-    print_table(terminal_table(heads, rows))
+    print_table(terminal_table(HEADS, rows))
 
 
 if __name__ == '__main__':
