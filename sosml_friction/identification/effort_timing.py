@@ -65,7 +65,7 @@ class EffortTiming:
 
     def hold(self, step: float) -> str:
         """Return the nearest of the holds that an observer knows."""
-        return EFFORT_HOLDS[round(2.0 * self.later(step))]
+        return min(EFFORT_HOLDS, key=lambda hold: abs(self.delay_s - _delay(hold, step)))
 
     def sentence(self, step: float) -> str:
         """Return for a person what was found, without a full stop."""

@@ -20,6 +20,7 @@ from sosml_friction.identification.joint_relations import (
     EffortRelation,
     Slopes,
     VelocityRelation,
+    Zero,
     effort_relation,
     lost_sign,
     speed_limit,
@@ -334,10 +335,10 @@ def _is_unit(effort: EffortRelation) -> bool:
     return alike and far and effort.scale > 0.0 and effort.free < _FAR * effort.alone
 
 
-def _is_turned(effort: EffortRelation) -> bool:
+def _is_turned(zero: Zero, alone: float) -> bool:
     """Tell whether gravity of the URDF's masses explains the effort from another zero alone."""
-    masses = 1.0 / _SCALE < effort.zero_scale < _SCALE
-    return masses and effort.zero_misfit < _FAR * min(effort.upright, effort.alone)
+    masses = 1.0 / _SCALE < zero.scale < _SCALE
+    return masses and zero.misfit < _FAR * min(zero.upright, alone)
 
 
 def _told(robot: Robot, i: int, effort: EffortRelation) -> list[DataFinding]:
@@ -346,10 +347,10 @@ def _told(robot: Robot, i: int, effort: EffortRelation) -> list[DataFinding]:
     found = []
     scale = effort.scale
     far = not 1.0 / _SCALE < scale < _SCALE and effort.free < _FAR * effort.as_it_is
-    if _is_turned(effort):
+    if effort.zero is not None and _is_turned(effort.zero, effort.alone):
         what = (
-            f'position 0 of joint {name} seems to be {effort.zero:.3g} rad from that of its URDF: '
-            f'by gravity so turned {_percent(effort.zero_misfit)} of its effort are left '
+            f'position 0 of joint {name} seems to be {effort.zero.at:.3g} rad from that of its '
+            f'URDF: by gravity so turned {_percent(effort.zero.misfit)} of its effort are left '
             f'unexplained, and {_percent(effort.as_it_is)} as it is; add as much to the position '
             '(offset in the mapping), or correct the URDF'
         )

@@ -249,6 +249,21 @@ def lost_sign(
 
 
 @dataclass(frozen=True)
+class Zero:
+    """
+    Say from where a position counts, by the phase of gravity over it.
+
+    ``at`` [rad]: where the URDF has what is read as 0; ``scale`` of the gravity that acts so, and
+    ``misfit`` what it leaves; ``upright``: what gravity of any scale leaves with 0 as it is.
+    """
+
+    at: float
+    scale: float
+    misfit: float
+    upright: float
+
+
+@dataclass(frozen=True)
 class EffortRelation:
     """
     Hold the effort of a joint beside what its bodies need to move as they did.
@@ -259,10 +274,8 @@ class EffortRelation:
     with the bodies by their scale, ``as_it_is`` with scale 1. ``gravity`` and ``inertia``: the
     scale of either, NaN where the motion does not tell it. ``unit``: the unit of position with
     which the bodies fit clearly better, their ``unit_scale`` and ``unit_misfit``. ``late_s``:
-    delay of the effort, which takes the misfit from ``free`` to ``late_misfit``. ``zero`` [rad]:
-    where the URDF has the position that is read as 0, by the phase of gravity over position,
-    ``zero_scale`` that gravity's scale and ``zero_misfit`` what it leaves; ``upright``: what
-    gravity of any scale leaves with the zero as it is. NaN of a slide.
+    delay of the effort, which takes the misfit from ``free`` to ``late_misfit``. ``zero``: None
+    where gravity tells nothing of it.
     """
 
     scale: float
@@ -277,10 +290,7 @@ class EffortRelation:
     unit_misfit: float = np.nan
     late_s: float = 0.0
     late_misfit: float = np.nan
-    zero: float = np.nan
-    zero_scale: float = np.nan
-    zero_misfit: float = np.nan
-    upright: float = np.nan
+    zero: Zero | None = None
 
     @property
     def tells(self) -> bool:
@@ -365,18 +375,18 @@ def effort_relation(
             other, misfit, _ = left(np.column_stack([column, friction]), tau)
             if 1 / 3 < other[0] < 3.0 and not misfit >= unit_misfit:
                 unit, unit_scale, unit_misfit = name, float(other[0]), misfit
-    zero, zero_scale, zero_misfit, upright = np.nan, np.nan, np.nan, np.nan
-    quarter = np.where(np.arange(robot.n) == i, 0.5 * np.pi, 0.0)
+    zero = None
     if robot.effort_units[i] == 'Nm':
         # About its axis gravity turns with the joint: g(q + z) = cos z g(q) + sin z g(q + pi / 2).
-        ahead = np.array([robot.gravity(own)[i] for own in q + quarter])
-        turned = [x for x in (gravity, ahead) if np.ptp(x) > 1e-6 * size]
-        if len(turned) == 2:
+        quarter = np.where(np.arange(robot.n) == i, 0.5 * np.pi, 0.0)
+        turned = [gravity, np.array([robot.gravity(own)[i] for own in q + quarter])]
+        if min(map(np.ptp, turned)) > 1e-6 * size:
             found, upright, _ = left(np.column_stack([gravity, friction]), tau - inertial)
             # With the other sign it is upside down: another zero.
             upright = upright if found[0] > 0.0 else left(friction, tau - inertial)[1]
-            found, zero_misfit, _ = left(np.column_stack([*turned, friction]), tau - inertial)
-            zero, zero_scale = float(np.arctan2(found[1], found[0])), float(np.hypot(*found[:2]))
+            found, misfit, _ = left(np.column_stack([*turned, friction]), tau - inertial)
+            at, turned_scale = np.arctan2(found[1], found[0]), np.hypot(*found[:2])
+            zero = Zero(float(at), float(turned_scale), misfit, upright)
     late_s, late_misfit = _delay(effort, rows, slopes, inertial, gravity, friction)
     if late_s:
         # Where a joint sticks, friction turns around later than the velocity does: no clock is in
@@ -385,8 +395,7 @@ def effort_relation(
         late_s, late_misfit = _delay(slides, rows, slopes, inertial, gravity, friction)
     return EffortRelation(
         float(theta[0]), error, alone, free, as_it_is, parts[0], parts[1],
-        unit, unit_scale, unit_misfit, late_s, late_misfit, zero, zero_scale, zero_misfit,
-        upright,
+        unit, unit_scale, unit_misfit, late_s, late_misfit, zero,
     )  # fmt: skip
 
 

@@ -80,7 +80,7 @@ def counts_of(x: FloatArray) -> float:
 
     :param x: (N,); samples that are not finite are left out.
     """
-    moved: FloatArray = np.sort(_steps(x))
+    moved = _steps(x)
     if not len(moved):
         return 0.0
     count, most = float(np.quantile(moved, _SMALLEST)), 1.0

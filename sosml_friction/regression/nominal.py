@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nominal model as columns: how far each of its parameters may be off without a cause."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,15 +71,12 @@ class Nominal:
         result = np.zeros((count, n, len(self.names)))
         k = 0
         told = [i for i in range(n) if i not in self.silent]
+        shares = self._shares(signals.recording)
         for i in told:
-            for column in friction_columns(signals, i).values():
-                result[:, i, k] = column
+            friction = friction_columns(signals, i).values()
+            for share, column in itertools.product(shares, friction):
+                result[:, i, k] = share * column
                 k += 1
-        for i in told:
-            for share in self._shares(signals.recording):
-                for column in friction_columns(signals, i).values():
-                    result[:, i, k] = share * column
-                    k += 1
         for index in self.rigid:
             if index < 10 * n:
                 result[:, :, k] = signals.through_gears(signals.regressor[:, :, index])
@@ -97,8 +95,8 @@ class Nominal:
         return result
 
     def _shares(self, recording: int) -> list[float]:
-        """Return by how much each recording but the first differs in this one: in all, by 0."""
-        return [
+        """Return what the mean has in a recording, 1, and each difference of another one to it."""
+        return [1.0] + [
             float(recording == own) - float(recording == self.recordings[0])
             for own in self.recordings[1:]
         ]
@@ -173,11 +171,9 @@ def make_nominal(
             names.append(f'{joint} {name}')
             size = abs(value) or _of_all_effort(scales, i, name)
             bound.append(tolerance * size if known else np.inf)
-    for i, joint in told:
-        for own in recordings[1:]:
-            for name in friction_columns(signals, i):
-                names.append(f'{joint} {name} of recording {own + 1}')
-                bound.append(_of_all_effort(scales, i, name))
+        for own, name in itertools.product(recordings[1:], friction_columns(signals, i)):
+            names.append(f'{joint} {name} of recording {own + 1}')
+            bound.append(_of_all_effort(scales, i, name))
     rigid, rigid_bound = _base(robot, tolerance)
     rigid_columns = len(names) + np.arange(len(rigid))
     for index, its_bound in zip(rigid, rigid_bound, strict=True):
