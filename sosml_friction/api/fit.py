@@ -31,16 +31,8 @@ from sosml_friction.identification.several.bags_analysis import (
 )
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.one_thread import in_one_thread
-from sosml_friction.report.common.tables import parameter_table
-from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
-from sosml_friction.report.fit.findings import (
-    answers,
-    body_sentences,
-    caveats,
-    data_remarks,
-    shared_sentences,
-)
-from sosml_friction.report.fit.joint_view import joint_views
+from sosml_friction.report.common.tables import summary_blocks
+from sosml_friction.report.fit.findings import data_remarks, shared_sentences
 from sosml_friction.report.fit.results import fit_document, write_results
 
 
@@ -123,12 +115,9 @@ class Fit(Result):
         known = self.analysis
         if isinstance(known, BagsAnalysis):
             remarks = shared_sentences({bag: data_remarks(x) for bag, x in known.bags.items()})
-            bodies = body_sentences(next(iter(known.bags.values())).body)
-            return blocks_text([*bags_answers(known), *bodies, bags_table(known), *remarks])
-        views = joint_views(known)
-        told = [*caveats(views), *data_remarks(known)]
-        bodies = body_sentences(known.body)
-        return blocks_text([*answers(views), *bodies, parameter_table(known), *told])
+        else:
+            remarks = data_remarks(known)
+        return blocks_text([*summary_blocks(known), *remarks])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object of ``sosml fit --json``, without its entry ``output``."""

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tables for the terminal."""
+"""What the terminal shows of a fit."""
 
 from collections.abc import Sequence
 
@@ -17,6 +17,7 @@ from sosml_friction.identification.number_text import (
     truth_text,
     value_text,
 )
+from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.labels import (
@@ -27,11 +28,29 @@ from sosml_friction.report.common.labels import (
     symbols_of,
 )
 from sosml_friction.report.common.table import terminal_table
-from sosml_friction.report.fit.findings import sampling_text
+from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
+from sosml_friction.report.fit.findings import (
+    body_sentences,
+    caveats,
+    joint_sentence,
+    sampling_text,
+)
 from sosml_friction.report.fit.joint_view import JointView, joint_views
 
 #: More observers than this are rows instead of columns.
 _MOST_COLUMNS = 3
+
+
+def summary_blocks(
+    analysis: BagAnalysis | BagsAnalysis, truth: RobotModelFile | None = None
+) -> list[str | RenderableType]:
+    """Return what was found: a sentence per joint, the bodies, the table, and what is open."""
+    if isinstance(analysis, BagsAnalysis):
+        bodies = body_sentences(next(iter(analysis.bags.values())).body)
+        return [*bags_answers(analysis), *bodies, bags_table(analysis, truth)]
+    views = joint_views(analysis, truth)
+    found = [*map(joint_sentence, views), *body_sentences(analysis.body)]
+    return [*found, parameter_table(analysis, truth), *caveats(views)]
 
 
 def parameter_table(

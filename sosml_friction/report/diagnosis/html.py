@@ -59,10 +59,13 @@ _BADGES = {
 }
 
 
+def _recordings(provenance: Mapping[str, Any]) -> str:
+    return ', '.join(str(one['bag']) for one in provenance.get('bags', ()))
+
+
 def diagnosis_title(provenance: Mapping[str, Any]) -> str:
     """Return which recordings and model the diagnosis is about."""
-    bags = ', '.join(str(one['bag']) for one in provenance.get('bags', ()))
-    model = provenance.get('model', '')
+    bags, model = _recordings(provenance), provenance.get('model', '')
     about = f'{bags} with {model}' if bags and model else bags or model
     return f'Diagnosis of {about}' if about else 'Diagnosis'
 
@@ -113,7 +116,7 @@ def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None 
     """Return the report as one HTML document, pictures included."""
     known = provenance or {}
     told = {
-        'Recording': ', '.join(str(one['bag']) for one in known.get('bags', ())),
+        'Recording': _recordings(known),
         'Model': str(known.get('model', '')),
         'Joints': ', '.join(diagnosis.names),
         'Diagnosed': str(known.get('diagnosed', ''))[:16].replace('T', ' '),
@@ -125,9 +128,8 @@ def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None 
         span = sum(float(x.time[-1] - x.time[0]) for x in laboratory.signals)
         told['Length used'] = f'{span:.1f} s'
     kind, label = _BADGES.get(diagnosis.verdict, ('open', words(diagnosis.verdict)))
-    remarks = []
-    if diagnosis.rejected is not None:
-        remarks.append(f'Not named: {rejection(diagnosis.rejected)}')
+    rejected = diagnosis.rejected
+    remarks = [] if rejected is None else [f'Not named: {rejection(rejected)}']
     severe = [check.sentence for check in diagnosis.checks if check.severity != 'note']
     minor = [check.sentence for check in diagnosis.checks if check.severity == 'note']
     parts = [

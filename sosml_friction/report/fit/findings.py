@@ -157,11 +157,6 @@ def body_sentences(body: BodyRefit | None) -> list[str]:
     return [f'{x[:1].upper()}{x[1:]}.' for x in body.sentences()] if body else []
 
 
-def answers(views: Sequence[JointView]) -> list[str]:
-    """Return what was found, a sentence per joint: what a reader came for."""
-    return [joint_sentence(view) for view in views]
-
-
 def caveats(views: Sequence[JointView]) -> list[str]:
     """
     Return :func:`notes`, the numbers by direction, and what is left open with how to learn it.

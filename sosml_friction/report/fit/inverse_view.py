@@ -3,7 +3,6 @@
 """The inverse-model fit of an analysis as rows of a table, and as a part of the report."""
 
 from collections.abc import Iterator
-from html import escape
 
 from rich.console import Group, RenderableType
 from rich.text import Text
@@ -17,7 +16,7 @@ from sosml_friction.identification.number_text import (
     value_text,
     words,
 )
-from sosml_friction.report.common.html_page import heading
+from sosml_friction.report.common.html_page import heading, paragraph
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.table import html_table, terminal_table
 
@@ -49,7 +48,7 @@ def inverse_table(analysis: BagAnalysis, inverse: InverseFits) -> RenderableType
 
 def inverse_section(analysis: BagAnalysis, inverse: InverseFits) -> str:
     """Return the part of the report that shows the fits, HTML."""
-    parts = [heading('Inertia and friction by the inverse model'), f'<p>{escape(_METHOD)}</p>']
+    parts = [heading('Inertia and friction by the inverse model'), paragraph(_METHOD)]
     for fit in _fits(inverse):
         flags = [', '.join(map(words, p.flags)) for p in fit.parameters.values()]
         rows = [(*cells, text) for cells, text in zip(_rows(fit), flags, strict=True)]
@@ -57,7 +56,7 @@ def inverse_section(analysis: BagAnalysis, inverse: InverseFits) -> str:
         parts.append(html_table({**_COLUMNS, 'flags': 'l'}, rows, told))
     lines = [f'Joint {joint} has none: {why}.' for joint, why in inverse.unavailable.items()]
     lines += [f'{text}.' for text in _by_weak_form(analysis)]
-    return ''.join([*parts, *(f'<p>{escape(line)}</p>' for line in lines)])
+    return ''.join([*parts, *map(paragraph, lines)])
 
 
 def _by_weak_form(analysis: BagAnalysis) -> Iterator[str]:

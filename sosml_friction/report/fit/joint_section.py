@@ -3,7 +3,6 @@
 """The part of the report that is about one joint."""
 
 from collections.abc import Mapping
-from html import escape
 
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.number_text import (
@@ -44,7 +43,8 @@ def joint_section(view: JointView) -> str:
     """Return what there is to show of a joint, HTML."""
     title = heading(f'Joint {view.name}')
     if view.model is None:
-        return f'{title}<p>Not available: {escape(view.unavailable)}.</p>{pictures("fit", view)}'
+        why = paragraph(f'Not available: {view.unavailable}.')
+        return title + why + pictures('fit', view)
     law = view.model.fit
     checks = [
         *(check.sentence for check in law.checks),

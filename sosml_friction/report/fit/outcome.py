@@ -23,18 +23,10 @@ from sosml_friction.identification.several.bags_analysis import BagsAnalysis, an
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.report.common.figure_files import write_figures
-from sosml_friction.report.common.tables import parameter_table
+from sosml_friction.report.common.tables import summary_blocks
 from sosml_friction.report.fit import results
-from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
-from sosml_friction.report.fit.findings import (
-    answers,
-    body_sentences,
-    caveats,
-    shared_sentences,
-    simulation_lines,
-)
+from sosml_friction.report.fit.findings import shared_sentences, simulation_lines
 from sosml_friction.report.fit.inverse_view import inverse_table
-from sosml_friction.report.fit.joint_view import joint_views
 from sosml_friction.study.gain_proposal import parse_effort_hold
 
 
@@ -78,13 +70,7 @@ class FitOutcome:
 
     def blocks(self) -> Iterator[str | RenderableType]:
         """Return what is printed on stdout: sentences and tables."""
-        known, truth = self.analysis, self.truth
-        bodies = body_sentences(next(iter(self.analyses.values())).body)
-        if isinstance(known, BagsAnalysis):
-            yield from [*bags_answers(known), *bodies, bags_table(known, truth)]
-        else:
-            views = joint_views(known, truth)
-            yield from [*answers(views), *bodies, parameter_table(known, truth), *caveats(views)]
+        yield from summary_blocks(self.analysis, self.truth)
         for bag, one in self.analyses.items():
             if one.inverse is not None:
                 if len(self.bags) > 1:

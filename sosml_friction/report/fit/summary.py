@@ -32,15 +32,10 @@ def moment(stamp_ns: Any) -> str:
     return f'{1e-9 * stamp_ns:.3f} s' if isinstance(stamp_ns, int) else 'unknown'
 
 
-def date_of(stamp_ns: Any) -> str:
-    """Return day and minute of a stamp, empty where it is none."""
-    text = moment(stamp_ns)
-    return f'{text[:10]} {text[11:16]} UTC' if 'T' in text else ''
-
-
 def recording_facts(analysis: BagAnalysis) -> dict[str, str]:
     """Return what was recorded, in short."""
     known, log = analysis.model.provenance, analysis.log
+    began = recorded_at(known.get('start_ns'))
     span = float(log.time[-1]) if len(log) else 0.0
     length = f'{span:.1f} s, {len(log)} samples'
     if span > 0.0:
@@ -48,7 +43,7 @@ def recording_facts(analysis: BagAnalysis) -> dict[str, str]:
     return {
         'Recording': str(known.get('bag', '')),
         'Robot': f'{analysis.model.name} ({", ".join(log.names)})',
-        'Recorded': date_of(known.get('start_ns')),
+        'Recorded': '' if began is None else f'{began:%Y-%m-%d %H:%M} UTC',
         'Length': length,
     }
 

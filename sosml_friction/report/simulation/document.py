@@ -3,7 +3,6 @@
 """A simulated recording as files: ``simulation.json`` and the report."""
 
 from collections.abc import Mapping
-from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +12,7 @@ from sosml_friction.identification.number_text import UNKNOWN, format_number
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.figure import pictures
-from sosml_friction.report.common.html_page import box, facts, heading, page, verdict
+from sosml_friction.report.common.html_page import box, facts, heading, page, paragraph, verdict
 from sosml_friction.report.common.output import OutputKind, write_result, written_together
 from sosml_friction.report.common.table import html_table, terminal_table
 from sosml_friction.simulation.recorded.recorded_simulation import CLOSED_LOOP, RecordedSimulation
@@ -168,5 +167,5 @@ def render_simulation(
     ]
     for i, name in enumerate(found.names):
         shown = pictures('simulation', SimulatedJoint(found, i))
-        parts += [heading(name), shown or f'<p>{escape(name)} moves as recorded.</p>']
+        parts += [heading(name), shown or paragraph(f'{name} moves as recorded.')]
     return page(title, parts)

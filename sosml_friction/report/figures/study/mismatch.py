@@ -40,20 +40,19 @@ class Mismatch(Figure[Study]):
 
     def draw(self, view: Study) -> Drawing:
         """Draw it with the first model of the condition, the one with too much inertia."""
-        case = _CASE
-        shown = shown_observers(view, case)
+        shown = shown_observers(view, _CASE)
         figure = drawing.new_figure(10.0, 7.4)
         grid = figure.add_gridspec(2, 10, height_ratios=(1.5, 1.0))
         whole, near = figure.add_subplot(grid[0, :6]), figure.add_subplot(grid[0, 6:])
-        top = 1.05 * float(np.abs(view.observations[case].velocity[:, 0]).max())
-        handles = draw_phase_plane((whole, near), view, case, shown, (top, _NEAR))
+        top = 1.05 * float(np.abs(view.observations[_CASE].velocity[:, 0]).max())
+        handles = draw_phase_plane((whole, near), view, _CASE, shown, (top, _NEAR))
         whole.set_title(
             f'believed: M × {INERTIA_SCALES[0]:g}, g + {GRAVITY_OFFSET[0]:g} Nm',
             fontsize=drawing.FONT,
         )
         near.set_title('near zero velocity', fontsize=drawing.FONT)
         near.set_ylabel('')
-        laws = fitted_laws(view, case, shown)
+        laws = fitted_laws(view, _CASE, shown)
         for column, (name, symbol) in enumerate(SYMBOLS.items()):
             axes = figure.add_subplot(grid[1, 2 * column : 2 * column + 2])
             for k, observer in enumerate(shown):

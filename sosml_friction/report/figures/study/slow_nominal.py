@@ -33,18 +33,17 @@ class SlowNominal(Figure[Study]):
         return bool(shown_observers(view, _CASE))
 
     def draw(self, view: Study) -> Drawing:
-        case = _CASE
-        shown = shown_observers(view, case)
+        shown = shown_observers(view, _CASE)
         figure = drawing.new_figure(10.0, 4.8)
         plane, error = figure.subplots(1, 2)
-        handles = draw_phase_plane((plane,), view, case, shown, (_SLOW,))
+        handles = draw_phase_plane((plane,), view, _CASE, shown, (_SLOW,))
         plane.set_title('friction over velocity', fontsize=drawing.FONT)
-        observation = view.observations[case]
+        observation = view.observations[_CASE]
         kept = observation.time > SCORED_FROM_S
         v = observation.velocity[kept, 0]
         for k, name in enumerate(shown):
             style = drawing.style_of(name, k)
-            wrong = 1e3 * (view.estimate(view.row(case, name)) - observation.friction)[kept, 0]
+            wrong = 1e3 * (view.estimate(view.row(_CASE, name)) - observation.friction)[kept, 0]
             width = min(style.width, 2.2)
             error.plot(v, wrong, color=style.colour, linewidth=width, linestyle=style.dashes)
         error.axhline(0.0, color=drawing.GREY, linewidth=0.6)
