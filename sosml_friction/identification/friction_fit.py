@@ -238,12 +238,11 @@ class _JointTask:
             return exact
         # They change as slowly as the motion does: what is between windows is on a line.
         at = np.arange(0, len(self.time), self.half)
-        v = np.array([centred_difference(self.time, x, self.half) for x in log.q.T]).T
-        a = np.array([centred_difference(self.time, x, self.half) for x in v.T]).T
-        known = np.isfinite(a).all(axis=1)[at]
-        if not known.any():
+        v = centred_difference(self.time, log.q, self.half)
+        a = centred_difference(self.time, v, self.half)
+        at = at[np.isfinite(a[at]).all(axis=1)]
+        if not len(at):
             return exact
-        at = at[known]
         added = doubt.efforts(robot, log.q[at], v[at], a[at])[:, self.i]
         return [np.interp(self.time, self.time[at], column) for column in added.T]
 

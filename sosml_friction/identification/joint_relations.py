@@ -93,9 +93,8 @@ class Slopes:
         if len(time) <= 2 * half:
             nothing = np.full(log.q.shape, np.nan)
             return cls(time, nothing, nothing, half)
-        v = np.column_stack([centred_difference(time, q, half) for q in log.q.T])
-        a = np.column_stack([centred_difference(time, x, half) for x in v.T])
-        return cls(time, v, a, half)
+        v = centred_difference(time, log.q, half)
+        return cls(time, v, centred_difference(time, v, half), half)
 
     @property
     def period(self) -> float:
@@ -224,10 +223,7 @@ def lost_sign(
         return None
     bodies = robot.torque_regressors(log.q[rows], slopes.v[rows], slopes.a[rows])[:, i]
     own = np.column_stack([np.sign(v[rows]), v[rows], slopes.a[rows, i], np.ones(len(rows))])
-    X = np.column_stack([own, bodies])
-    X /= column_norms(X)
-    U, size, _ = np.linalg.svd(X, full_matrices=False)
-    U = U[:, size > 1e-9 * size[0]]
+    U = _basis(np.column_stack([own, bodies]))
     tau = np.abs(log.tau[rows, i])
     whole = float(np.linalg.norm(tau))
 
@@ -412,8 +408,7 @@ def _delay(
     if kept.sum() < _FEWEST_ROWS:
         return 0.0, np.nan
     X, rows = np.column_stack(columns)[kept], rows[kept]
-    U, size, _ = np.linalg.svd(X / column_norms(X), full_matrices=False)
-    U = U[:, size > 1e-9 * size[0]]
+    U = _basis(X)
     misfits = []
     for k in range(most + 1):
         y = tau[rows + k]
@@ -423,6 +418,12 @@ def _delay(
     if best < 2 or misfits[best] > _BETTER * misfits[0]:
         return 0.0, np.nan
     return best * slopes.period, misfits[best]
+
+
+def _basis(X: FloatArray) -> FloatArray:
+    """Return orthonormal columns that span those of X, without what is rounding."""
+    U, size, _ = np.linalg.svd(X / column_norms(X), full_matrices=False)
+    return np.asarray(U[:, size > 1e-9 * size[0]])
 
 
 def _known_around(x: FloatArray, most: int) -> BoolArray:

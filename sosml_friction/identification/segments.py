@@ -197,15 +197,20 @@ def _segment(time: FloatArray, q: FloatArray, first: int, last: int, rejected: s
 
 def centred_difference(time: FloatArray, x: FloatArray, half: int) -> FloatArray:
     """
-    Return (x_{k+half} - x_{k-half}) / (t_{k+half} - t_{k-half}), (N,).
+    Return (x_{k+half} - x_{k-half}) / (t_{k+half} - t_{k-half}), in the shape of x.
 
     NaN at the ends, where time does not go forwards, and across a hole.
+
+    :param time: (N,) [s].
+    :param x: (N,), or a column for each joint (N, n).
     """
-    result = np.full(len(x), np.nan)
+    result = np.full(x.shape, np.nan)
     span = time[2 * half :] - time[: -2 * half]
     usual = float(np.median(span)) if len(span) else 0.0
     forwards = (span > 0.0) & (span < 2.0 * usual)
-    result[half:-half][forwards] = (x[2 * half :] - x[: -2 * half])[forwards] / span[forwards]
+    # Time along the rows, however many columns there are.
+    known = span[forwards].reshape(-1, *[1] * (x.ndim - 1))
+    result[half:-half][forwards] = (x[2 * half :] - x[: -2 * half])[forwards] / known
     return result
 
 

@@ -50,6 +50,11 @@ class LawRows:
     late: FloatArray | None = None
     unsure: FloatArray | None = None
 
+    @property
+    def known(self) -> BoolArray:
+        """Return which rows take part and have numbers, (K,)."""
+        return np.asarray(self.keep & np.isfinite(self.y) & np.isfinite(self.mean_v))
+
     def fit(self, effort_unit: str) -> LawFit:
         """
         Fit the law to the rows; errors as of ``search_law``.

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csr_array
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.model.smooth_sign import smooth_sign
@@ -59,7 +59,7 @@ def row_noise(rows: LawRows, smoothing_velocity: float | None = None) -> RowNois
 
     :param smoothing_velocity: v0 of the sign, None for that of the rows.
     """
-    keep = _known(rows)
+    keep = rows.known
     y = rows.y[keep]
     labels, groups = np.unique(rows.clusters[keep], return_inverse=True)
     v = np.nan_to_num(rows.v)
@@ -98,7 +98,7 @@ def joined(rows: LawRows, noise: RowNoise) -> LawRows:
     if noise.shared < _JOINED:
         return rows
     length = round(noise.shared)
-    keep = np.flatnonzero(_known(rows))
+    keep = np.flatnonzero(rows.known)
     runs = np.split(keep, np.flatnonzero(np.diff(keep) > 1) + 1)
     blocks = [
         part
@@ -146,7 +146,7 @@ class LawStack:
 
         :param names: some of :data:`OWN`, in which the law is linear whatever its other terms.
         """
-        keep = _known(self.rows)
+        keep = self.rows.known
         bags = np.unique(self.bag[keep])
         contrasts = []
         for name in names:
@@ -221,7 +221,3 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
     )
     bag = np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts])
     return LawStack(stacked, bag)
-
-
-def _known(rows: LawRows) -> BoolArray:
-    return np.asarray(rows.keep & np.isfinite(rows.y) & np.isfinite(rows.mean_v))

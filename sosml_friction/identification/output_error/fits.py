@@ -224,7 +224,7 @@ def fit_output_error(
             'output error needs time, position, effort and reference at every sample: cut the '
             'recording to where all four are known'
         )
-    groups = (np.arange(len(time)) * 0) if len(time) < 2 else _groups(time)
+    groups = _groups(time)
     if int(groups.max(initial=0)) + 1 < _FEWEST_CLUSTERS:
         raise DataError(
             f'the recording has {len(time)} samples, less than {_FEWEST_CLUSTERS} stretches of '
@@ -284,5 +284,5 @@ def fit_output_error(
 
 
 def _groups(time: FloatArray) -> IndexArray:
-    stretch = ((time - time[0]) / _CLUSTER_S).astype(np.int64)
+    stretch = ((time - time[:1]) / _CLUSTER_S).astype(np.int64)
     return np.array(np.unique(stretch, return_inverse=True)[1], dtype=np.int64)

@@ -97,8 +97,7 @@ class _Windows:
         half = max(1, round(0.5 * _SLOPE_S / step)) if np.isfinite(step) else 1
         if len(log) < 4 * half:
             raise DataError(f'the recording has {len(log)} samples: record longer')
-        v = np.column_stack([centred_difference(time, q, half) for q in log.q.T])
-        log = replace(log, v=v)
+        log = replace(log, v=centred_difference(time, log.q, half))
         sampler = MomentumSampler(robot, effort_hold)
         length = max(8, round(_WINDOW_S / step))
         parts: list[tuple[FloatArray, ...]] = []

@@ -118,8 +118,7 @@ class _Comparison:
     def __init__(
         self, stack: LawStack, labels: Sequence[str], unit: str, fits: Sequence[LawFit]
     ) -> None:
-        rows = stack.rows
-        keep = rows.keep & np.isfinite(rows.y) & np.isfinite(rows.mean_v)
+        rows, keep = stack.rows, stack.rows.known
         self.keep, self.rows, self.unit = keep, rows, unit
         self.y, self.bag = rows.y[keep], stack.bag[keep]
         self.unsure = None if rows.unsure is None else rows.unsure[keep]

@@ -37,7 +37,7 @@ def bag_points(fit: FrictionFit, joint: str, observer: str) -> BagPoints | None:
     rows = fit.rows.get(joint, {}).get(observer)
     if rows is None:
         return None
-    keep = rows.keep & np.isfinite(rows.y) & np.isfinite(rows.mean_v) & (rows.mean_v != 0.0)
+    keep = rows.known & (rows.mean_v != 0.0)
     v, y = rows.mean_v[keep], rows.y[keep]
     if not len(v):
         return None
