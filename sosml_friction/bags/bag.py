@@ -34,7 +34,12 @@ from sosml_friction.bags.mcap_scan import McapScan, scan
 from sosml_friction.bags.message_definitions import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
 from sosml_friction.bags.message_store import MessageStore
 from sosml_friction.bags.other_bag import copy_bag, is_other_bag
-from sosml_friction.bags.serialization import deserialize, plain_string, plain_temperature
+from sosml_friction.bags.serialization import (
+    deserialize,
+    plain_string,
+    plain_temperature,
+    stamp_ns,
+)
 from sosml_friction.bags.stand_in import refuse_stand_in
 from sosml_friction.bags.topic import Topic, merge_topics
 from sosml_friction.bags.wrap import unwrapped
@@ -450,12 +455,10 @@ class Bag:
                 f'{topic} in {self.path} has no stamps (all are 0): let its publisher fill '
                 'header.stamp with the time of measurement'
             )
-        arrays = []
-        for quantity in quantities:
-            table = found.table(quantity)
+        arrays = [found.table(quantity) for quantity in quantities]
+        for table in arrays:
             # What no joint can do was not measured.
             table[~(np.abs(table) < LARGEST)] = np.nan
-            arrays.append(table)
         return found.t_ns, found.names, arrays
 
     def _refuse_contradictions(self, topic: str, found: JointStates) -> None:
@@ -504,22 +507,23 @@ class Bag:
             plain = plain_temperature(cdr)
             if plain is None:
                 message = self._decode(topic, log_time_ns, cdr)
-                stamp, joint = message.header.stamp, message.header.frame_id
-                plain = stamp.sec * 1_000_000_000 + stamp.nanosec, joint, message.temperature
-            stamps, values = measured.setdefault(plain[1], ([], []))
-            stamps.append(plain[0])
-            values.append(plain[2])
+                header = message.header
+                plain = stamp_ns(header.stamp), header.frame_id, message.temperature
+            stamp, joint, celsius = plain
+            stamps, values = measured.setdefault(joint, ([], []))
+            stamps.append(stamp)
+            values.append(celsius)
         if not any(name in measured for name in names):
             return None
         temperature = np.full((len(t_ns), len(names)), np.nan)
         for i, name in enumerate(names):
             if name not in measured:
                 continue
-            when, celsius = (np.array(column) for column in measured[name])
+            when, degrees = (np.array(column) for column in measured[name])
             order = np.argsort(when, kind='stable')
             last = np.searchsorted(when[order], t_ns, side='right') - 1
             known = last >= 0
-            temperature[known, i] = celsius[order][last[known]]
+            temperature[known, i] = degrees[order][last[known]]
         return temperature
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_state_layout import FIELDS, ORIGIN, JointStateLayout
 from sosml_friction.bags.message_definitions import JOINT_STATE
-from sosml_friction.bags.serialization import deserialize, serialize_joint_state
+from sosml_friction.bags.serialization import deserialize, serialize_joint_state, stamp_ns
 
 _STAMP = struct.Struct('<iI')
 #: Where the stamp is, and the frame_id behind it.
@@ -80,25 +80,14 @@ class JointStateForm:
 
     def write(self, cdr: bytes, position: bytes, velocity: bytes, effort: bytes) -> bytes:
         """Return a message of the joints with a message's stamp and frame_id; numbers as bytes."""
-        return b''.join(
-            (
-                self._head,
-                cdr[_FROM:_TO],
-                self._middle,
-                position,
-                self._gap,
-                velocity,
-                self._gap,
-                effort,
-            )
-        )
+        stamp, gap = cdr[_FROM:_TO], self._gap
+        return b''.join((self._head, stamp, self._middle, position, gap, velocity, gap, effort))
 
 
 def of_message(message: Any) -> bytes:
     """Return the plain CDR bytes of a sensor_msgs/JointState."""
-    stamp = message.header.stamp
     return serialize_joint_state(
-        stamp.sec * 1_000_000_000 + stamp.nanosec,
+        stamp_ns(message.header.stamp),
         message.name,
         message.position,
         message.velocity,

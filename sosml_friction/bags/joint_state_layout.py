@@ -50,16 +50,14 @@ class JointStateLayout:
         if cdr[:2] != _ENCAPSULATION:
             raise _UnusualError
         frame = ORIGIN + 8
-        at = frame + 4 + _text(cdr, frame)
+        at = _end_of_text(cdr, frame)
         first, names = _aligned(at, 4), []
         (count,) = _COUNT.unpack_from(cdr, first)
         at = first + 4
         for _ in range(count):
-            at = _aligned(at, 4)
-            length = _text(cdr, at)
-            at += 4
-            names.append(cdr[at : at + length - 1].decode())
-            at += length
+            begin = _aligned(at, 4)
+            at = _end_of_text(cdr, begin)
+            names.append(cdr[begin + 4 : at - 1].decode())
         fixed = [(0, cdr[:2]), (frame, cdr[frame : frame + 4]), (first, cdr[first:at])]
         counts, starts = [], []
         for _ in FIELDS:
@@ -102,12 +100,12 @@ class _UnusualError(Exception):
     """A message that is not laid out as every publisher does it."""
 
 
-def _text(cdr: bytes, at: int) -> int:
-    """Return the length of a text, with the NUL that ends it and is its only one."""
-    (length,) = _COUNT.unpack_from(cdr, at)
-    if cdr.find(b'\0', at + 4, at + 4 + length) != at + 3 + length:
+def _end_of_text(cdr: bytes, at: int) -> int:
+    """Return where a text ends whose length stands at a byte; its last byte is its only NUL."""
+    end = at + 4 + int(_COUNT.unpack_from(cdr, at)[0])
+    if cdr.find(b'\0', at + 4, end) != end - 1:
         raise _UnusualError
-    return int(length)
+    return end
 
 
 def _aligned(at: int, size: int) -> int:

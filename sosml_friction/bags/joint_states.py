@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_state_layout import FIELDS, JointStateLayout, stamps
 from sosml_friction.bags.message_store import MessageStore
+from sosml_friction.bags.serialization import stamp_ns
 from sosml_friction.exceptions import BagError
 
 #: Bytes of messages that are taken at once: they stay in a cache.
@@ -141,8 +142,7 @@ def _take_alike(
 
 
 def _take_one(found: JointStates, row: int, message: Any, fields: Sequence[str]) -> None:
-    stamp = message.header.stamp
-    found.t_ns[row] = stamp.sec * 1_000_000_000 + stamp.nanosec
+    found.t_ns[row] = stamp_ns(message.header.stamp)
     counts = tuple(len(getattr(message, name)) for name in FIELDS)
     values = {name: np.array([getattr(message, name)], dtype=float) for name in fields}
     kind = tuple(message.name), counts

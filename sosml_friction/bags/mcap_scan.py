@@ -350,20 +350,24 @@ class _Scanner:
             index.offset.append(start + _MESSAGE.size)
             index.length.append(stop - start - _MESSAGE.size)
             index.log_time_ns.append(log_time_ns)
-        elif opcode == Opcode.SCHEMA:
-            schema = _parse(Schema.read, data[start:stop])
-            if found.schemas.setdefault(schema.id, schema) != schema:
-                raise DamagedError(f'two types have the number {schema.id}')
-        elif opcode == Opcode.CHANNEL:
-            channel = _parse(Channel.read, data[start:stop])
-            if found.channels.setdefault(channel.id, channel) != channel:
-                raise DamagedError(f'two topics have the number {channel.id}')
-            found.messages.setdefault(channel.id, MessageIndex())
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            if (other := self._announce(opcode, data[start:stop])) is not None:
+                kind = 'types' if opcode == Opcode.SCHEMA else 'topics'
+                raise DamagedError(f'two {kind} have the number {other.id}')
         elif opcode == Opcode.METADATA:
             found.metadata.append(_parse(Metadata.read, data[start:stop]))
         elif opcode == 0:
             # No record has this opcode; a disk that lost power fills files with zeros.
             raise DamagedError
+
+    def _announce(self, opcode: int, body: bytes) -> Schema | Channel | None:
+        """Take note of a type or a topic; return one that contradicts an earlier announcement."""
+        if opcode == Opcode.SCHEMA:
+            schema: Schema = _parse(Schema.read, body)
+            return None if self.found.schemas.setdefault(schema.id, schema) == schema else schema
+        channel: Channel = _parse(Channel.read, body)
+        self.found.messages.setdefault(channel.id, MessageIndex())
+        return None if self.found.channels.setdefault(channel.id, channel) == channel else channel
 
     def _is_message(self, content: _Content | None, start: int, stop: int) -> bool:
         """
@@ -439,15 +443,12 @@ class _Scanner:
                 index.message_end_time,
                 index.uncompressed_size,
             )
-        elif opcode == Opcode.SCHEMA:
-            schema = _parse(Schema.read, body)
-            if found.schemas.setdefault(schema.id, schema) != schema:
-                found.damage.append(f'has another type {schema.name} in its summary')
-        elif opcode == Opcode.CHANNEL:
-            channel = _parse(Channel.read, body)
-            found.messages.setdefault(channel.id, MessageIndex())
-            if found.channels.setdefault(channel.id, channel) != channel:
-                found.damage.append(f'has another topic {channel.topic} in its summary')
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            other = self._announce(opcode, body)
+            if isinstance(other, Schema):
+                found.damage.append(f'has another type {other.name} in its summary')
+            elif other is not None:
+                found.damage.append(f'has another topic {other.topic} in its summary')
 
     def _footer(self, position: int, start: int, stop: int) -> None:
         """Compare what the file says of itself with what was read of it."""

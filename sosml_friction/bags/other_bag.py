@@ -11,20 +11,17 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.bags.bag_metadata import (
-    as_mapping,
-    read_metadata,
-    refuse_compressed_messages,
-)
+from sosml_friction.bags.bag_metadata import as_mapping, read_metadata, refuse_compressed_messages
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
+from sosml_friction.bags.joint_state_layout import FIELDS
 from sosml_friction.bags.message_definitions import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
 from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.bags.serialization import stamp_ns
 from sosml_friction.bags.stand_in import refuse_stand_in
 from sosml_friction.exceptions import BagError
 
 SUFFIXES = ('.db3', '.bag')
-_QUANTITIES = ('position', 'velocity', 'effort')
 #: What is taken over: no other type is read of any bag.
 _TYPES = (JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY)
 
@@ -137,14 +134,14 @@ def _read_ros1(source: Path) -> tuple[JointLog, str | None]:
     if not messages:
         raise BagError(f'{source} has no messages on {named[0]}: record it again')
     names = tuple(dict.fromkeys(name for message in messages for name in message.name))
-    arrays = {quantity: np.full((len(messages), len(names)), np.nan) for quantity in _QUANTITIES}
+    arrays = {quantity: np.full((len(messages), len(names)), np.nan) for quantity in FIELDS}
     t_ns: IndexArray = np.empty(len(messages), dtype=np.int64)
     for k, message in enumerate(messages):
-        t_ns[k] = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        t_ns[k] = stamp_ns(message.header.stamp)
         columns = [names.index(name) for name in message.name]
         for quantity, array in arrays.items():
             values: FloatArray = np.asarray(getattr(message, quantity), dtype=np.float64)
             if len(values) == len(columns):
                 array[k, columns] = values
-    log = JointLog(names, t_ns, arrays['position'], arrays['velocity'], arrays['effort'])
-    return log, str(texts[-1].data) if texts else None
+    q, v, tau = arrays.values()
+    return JointLog(names, t_ns, q, v, tau), str(texts[-1].data) if texts else None

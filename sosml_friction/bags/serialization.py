@@ -30,6 +30,11 @@ def message_class(type_name: str) -> type[Any]:
         ) from error
 
 
+def stamp_ns(stamp: Any) -> int:
+    """Return a stamp of a message [ns]."""
+    return int(stamp.sec * 1_000_000_000 + stamp.nanosec)
+
+
 @cache
 def _rclpy_serialization() -> Any:
     try:

@@ -36,15 +36,11 @@ _REPEATED = 0.05
 _REGISTER = 0.02
 
 
-def _silent(sentence: str) -> None:
-    """Tell nobody."""
-
-
 def import_recording(
     source: str | Path,
     mapping: str | Path | ImportMapping,
     destination: str | Path,
-    tell: Tell = _silent,
+    tell: Tell = lambda sentence: None,
 ) -> Path:
     """
     Write the recording ``source`` as the bag ``destination`` and return its path.
@@ -100,7 +96,9 @@ def import_recording(
     return destination
 
 
-def read_recording(source: str | Path, plan: ImportMapping, tell: Tell = _silent) -> JointLog:
+def read_recording(
+    source: str | Path, plan: ImportMapping, tell: Tell = lambda sentence: None
+) -> JointLog:
     """
     Return the JointLog that a data file holds according to a mapping.
 
