@@ -93,11 +93,7 @@ class RunningUnwrap:
 
 @compiled
 def _goes_on(
-    position: FloatArray,
-    last: FloatArray,
-    periods: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
+    position: FloatArray, last: FloatArray, periods: FloatArray, low: FloatArray, high: FloatArray
 ) -> bool:
     """
     Remember a sample in which nothing wraps or could, as nearly all are; tell if it is one.

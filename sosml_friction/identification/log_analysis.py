@@ -18,10 +18,7 @@ from sosml_friction.identification.body_refit import LOAD, BodyRefit
 from sosml_friction.identification.data_checks import DataChecks, check_data
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, WARNING, DataFinding
 from sosml_friction.identification.effort_timing import STATED, TIMING
-from sosml_friction.identification.fits_without_observer import (
-    with_output_error,
-    with_weak_form,
-)
+from sosml_friction.identification.fits_without_observer import with_output_error, with_weak_form
 from sosml_friction.identification.fitted_model import (
     effects_in_law,
     fit_provenance,
@@ -191,13 +188,7 @@ def analyse_log(
     own_holds = list(configuration.effort_hold) or 'start'
     if weak_too:
         form = WeakForm(
-            log,
-            robot,
-            own_holds,
-            settings,
-            configuration.maximum_gap_s,
-            timing,
-            compared.doubt,
+            log, robot, own_holds, settings, configuration.maximum_gap_s, timing, compared.doubt
         )
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}
@@ -261,9 +252,7 @@ def _with_ripple(
 
 
 def effort_holds(
-    names: Sequence[str],
-    stated: Mapping[str, str] | str,
-    recorded: ObserverConfiguration | None,
+    names: Sequence[str], stated: Mapping[str, str] | str, recorded: ObserverConfiguration | None
 ) -> tuple[str, ...]:
     """
     Return where in an interval each joint's effort holds: as stated, as recorded, ``start``.

@@ -15,10 +15,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.free_armature import fitted_armature, with_fitted
 from sosml_friction.identification.parameter_interval import AT_ZERO, NON_NEGATIVE
-from sosml_friction.identification.term_parameters import (
-    term_parameters,
-    with_interval,
-)
+from sosml_friction.identification.term_parameters import term_parameters, with_interval
 from sosml_friction.model.laws import FRICTION_LAWS, JOINED, TERM_LISTS, LawDefinition, law_of
 from sosml_friction.model.model_folder import (
     EffectTerm,

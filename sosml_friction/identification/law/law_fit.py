@@ -12,9 +12,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.identifiability import DataReach, judged
-from sosml_friction.identification.law.law_checks import (
-    LawCheck,
-)
+from sosml_friction.identification.law.law_checks import LawCheck
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.model.parameter import Parameter

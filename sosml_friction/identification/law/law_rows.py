@@ -66,10 +66,7 @@ class LawRows:
         form = replace(self.form, alpha=fit.drawn.get('exponent', self.form.usual))
         for other, unsure in self._other_ways():
             same = replace(
-                other,
-                smoothing_velocity=fit.smoothing_velocity,
-                find_smoothing=False,
-                form=form,
+                other, smoothing_velocity=fit.smoothing_velocity, find_smoothing=False, form=form
             )
             try:
                 way = same.law(effort_unit).drawn

@@ -22,10 +22,7 @@ from sosml_friction.identification.law.law_stack import (
 )
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
-from sosml_friction.identification.several.bag_agreement import (
-    Agreement,
-    find_agreement,
-)
+from sosml_friction.identification.several.bag_agreement import Agreement, find_agreement
 from sosml_friction.identification.several.bag_roles import ROLES, BagRole
 from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
