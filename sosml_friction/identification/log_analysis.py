@@ -36,7 +36,7 @@ from sosml_friction.identification.friction_fit import (
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
 from sosml_friction.identification.late_effort import BY_JOINT
 from sosml_friction.identification.law.law_curve import fitted_law
-from sosml_friction.identification.number_text import plus_minus
+from sosml_friction.identification.number_text import joint_text, plus_minus
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.regression_laws import (
@@ -310,10 +310,7 @@ def _with_averaged(
     ]
     if not averaged:
         return checks
-    names = ', '.join(
-        f'{term.effect} of {"all joints" if term.joint == ALL_JOINTS else term.joint}'
-        for term in averaged
-    )
+    names = ', '.join(f'{term.effect} of {joint_text(term.joint)}' for term in averaged)
     sentence = (
         f'the law that is fitted holds the {names} of the model on average, and the fitted model '
         'is without: --terms fits them beside a law'

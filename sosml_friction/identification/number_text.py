@@ -12,6 +12,7 @@ from sosml_friction.identification.parameter_interval import (
     half_width,
 )
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 
 UNKNOWN = '-'
 NOT_IDENTIFIABLE_TEXT = 'not identifiable'
@@ -77,8 +78,12 @@ def truth_text(known: Mapping[str, Parameter], name: str) -> str:
 def words(identifier: str) -> str:
     """Return an identifier as words, ``effect@joint`` with its joint in brackets."""
     name, _, joint = identifier.partition('@')
-    place = 'all joints' if joint == '*' else joint
-    return name.replace('_', ' ') + (f' ({place})' if joint else '')
+    return name.replace('_', ' ') + (f' ({joint_text(joint)})' if joint else '')
+
+
+def joint_text(joint: str) -> str:
+    """Return the name of a joint, or that it is all of them."""
+    return 'all joints' if joint == ALL_JOINTS else joint
 
 
 def format_interval(low: float, high: float, uncertainty: float = math.nan) -> str:

@@ -15,14 +15,13 @@ from scipy.optimize import lsq_linear
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.identification.law.jackknife import jackknife_covariance, jackknife_freedom
 from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.parameter_interval import NON_NEGATIVE
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_slopes
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous, power_of_speed
 from sosml_friction.model.terms.viscous_asymmetry import ViscousAsymmetry
 from sosml_friction.regression.column_norms import COLLINEAR, column_norms, told_beside
 
-#: Parameters that friction has not below zero.
-NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck')
 #: Iterations for Huber's weights end when no weight changes by more than the first number, or
 #: after the second. Chosen, no measurement.
 _SAME_WEIGHTS, MOST_SOLVED = 1e-6, 20

@@ -19,11 +19,11 @@ from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_checks import dissipation_check, even_part
 from sosml_friction.identification.law.law_curve import largest_friction
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
-from sosml_friction.identification.law.law_problem import EXPONENT, NON_NEGATIVE
+from sosml_friction.identification.law.law_problem import EXPONENT
 from sosml_friction.identification.law.law_profile import LawProfile, about_best
 from sosml_friction.identification.law.law_search import LawSearch, within
 from sosml_friction.identification.law.other_laws import OtherLaws
-from sosml_friction.identification.parameter_interval import AT_ZERO
+from sosml_friction.identification.parameter_interval import AT_ZERO, NON_NEGATIVE
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS, fade

@@ -11,6 +11,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.parameter_interval import LAW_PARAMETERS
 from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import AT_BOUND, Parameter
 
@@ -40,13 +41,12 @@ class OutputErrorFit:
         ``relative_error`` is of the position [%]; the residual is one of position, so that
         ``residual_std`` [Nm or N] is not known.
         """
-        names = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
         S = self.parameters.get('stribeck')
         knee = S is not None and np.isfinite(S.value)
         law = LawForm().identifier(self.exponent if knee else None)
         reason = 'the simulation has Coulomb and viscous friction only'
-        unknown = {n: Parameter.not_told(unit_of(n, effort_unit), reason) for n in names}
-        parameters = {n: self.parameters.get(n, unknown[n]) for n in names}
+        unknown = {n: Parameter.not_told(unit_of(n, effort_unit), reason) for n in LAW_PARAMETERS}
+        parameters = {n: self.parameters.get(n, x) for n, x in unknown.items()}
         if 'exponent' in law_definition(law).parameter_names:
             parameters['exponent'] = Parameter(self.exponent, '1')
         return LawFit(

@@ -7,7 +7,13 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.number_text import UNKNOWN, format_number, number_text, words
+from sosml_friction.identification.number_text import (
+    UNKNOWN,
+    format_number,
+    joint_text,
+    number_text,
+    words,
+)
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
@@ -132,7 +138,7 @@ def comparison_table(pairs: list[Pair], first: str, second: str) -> FittingTable
     for pair in pairs:
         shown = [UNKNOWN if p is None else number_text(pair.name, p) for p in pair[2:]]
         unit = next(p.unit for p in (pair.first, pair.second) if p is not None)
-        joint = 'all joints' if pair.joint == '*' else pair.joint
+        joint = joint_text(pair.joint)
         difference = format_number(pair.difference, pair.half)
         name = words(pair.name)
         rows.append(['' if joint == last else joint, name, unit, *shown, difference, pair.verdict])

@@ -13,7 +13,7 @@ from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.diagnosis.wording import describe
-from sosml_friction.identification.number_text import words
+from sosml_friction.identification.number_text import joint_text, words
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.common.drawing import page_of
 from sosml_friction.report.common.figure import DETAIL, METHOD, SUMMARY, figures_of, pictures
@@ -34,7 +34,6 @@ from sosml_friction.report.diagnosis.tables import (
     floors,
     gain,
     parameters,
-    where,
 )
 
 _METHOD = (
@@ -179,7 +178,7 @@ def _next_steps(diagnosis: Diagnosis) -> list[str]:
 
 def rejection(rejected: Mapping[str, Any]) -> str:
     """Return which candidate was not named, and why."""
-    return f'{words(rejected["effect"])} ({where(rejected["joint"])}), because ' + '; '.join(
+    return f'{words(rejected["effect"])} ({joint_text(rejected["joint"])}), because ' + '; '.join(
         rejected['failed']
     )
 

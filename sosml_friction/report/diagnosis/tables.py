@@ -10,6 +10,7 @@ from sosml_friction.diagnosis.residual.refitted_parameters import refitted_param
 from sosml_friction.diagnosis.wording import SIZE_UNKNOWN
 from sosml_friction.identification.number_text import (
     format_number,
+    joint_text,
     number_text,
     percent,
     plus_minus,
@@ -17,7 +18,6 @@ from sosml_friction.identification.number_text import (
     words,
 )
 from sosml_friction.model.parameter import Z_95
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.report.common.html_page import heading
 from sosml_friction.report.common.table import html_table
 
@@ -28,7 +28,7 @@ def causes(diagnosis: Diagnosis) -> str:
     for cause in diagnosis.terms:
         if cause.effect in FAULTS:
             continue
-        what = f'{where(cause.joint)}: {words(cause.effect)}'
+        what = f'{joint_text(cause.joint)}: {words(cause.effect)}'
         what += ' as stated is off' if cause.stated else ''
         what += ' (within the tolerance)' if cause.tolerated else ''
         rivals = ', '.join(map(words, cause.rivals))
@@ -44,11 +44,6 @@ def causes(diagnosis: Diagnosis) -> str:
     columns = {'cause': '', 'parameter': '', 'value ± 95 %': 'n', 'unit': 'w', 'or as well': '',
                'in the extended model': ''}  # fmt: skip
     return heading('What was named', 3) + html_table(columns, rows) if rows else ''
-
-
-def where(joint: str) -> str:
-    """Return the name of a joint, or that it is all of them."""
-    return 'all joints' if joint == ALL_JOINTS else joint
 
 
 def gain(diagnosis: Diagnosis) -> str:
@@ -90,7 +85,7 @@ def by_cause(diagnosis: Diagnosis) -> str:
             removed, recurs = own.removed[i], own.recurs
             rows.append(
                 (
-                    f'{where(cause.joint)}: {words(cause.effect)}',
+                    f'{joint_text(cause.joint)}: {words(cause.effect)}',
                     joint,
                     f'{own.without[i]:.4g} → {own.with_it[i]:.4g} {own.units[i]}',
                     format_number(removed.value, removed.std_error),
@@ -180,7 +175,7 @@ def floors(diagnosis: Diagnosis) -> str:
         if verdict == 'named' and (effect, joint) in tolerated:
             verdict = 'off within the tolerance'
         removed, floor = percent(finding.score.cv_gain), percent(finding.floor)
-        rows.append((f'{where(joint)}: {words(effect)}', removed, floor, verdict))
+        rows.append((f'{joint_text(joint)}: {words(effect)}', removed, floor, verdict))
     known = laboratory.known
     for i, name in enumerate(diagnosis.names):
         if (most := selection.remainder.largest(i)) is not None:

@@ -12,6 +12,7 @@ from sosml_friction.identification.number_text import (
     error_text,
     format_number,
     interval_text,
+    joint_text,
     value_text,
     words,
 )
@@ -98,7 +99,7 @@ def term_rows(fit: TermFit) -> list[tuple[str, ...]]:
     """Return a row for each parameter."""
     return [
         (
-            'all joints' if term.joint == '*' else term.joint,
+            joint_text(term.joint),
             words(term.term),
             words(name),
             value_text(name, p),
