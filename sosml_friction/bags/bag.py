@@ -259,12 +259,11 @@ class Bag:
         Return the measured motion: the JointState messages of ``topic``, or of joint_states.
 
         If no topic is called so, the only one of that type is taken.
-        Joints go by name: they are those of all messages, in order of first appearance, and a
-        sample that lacks a joint, or a quantity, holds NaN for it, and so does one whose value no
-        joint can have (infinite, 1e9 and more). Temperatures
-        (``joint_temperatures``, frame_id = joint) are those last measured at or before each
-        sample. A position that wraps is made continuous here, for all that reads a bag, and the
-        log says by which period.
+        Joints are those of all messages, in order of first appearance. A sample has NaN for a
+        joint or quantity that its message lacks, and for a value that no joint can have (infinite,
+        1e9 and more). Temperatures (``joint_temperatures``, frame_id = joint) are those last
+        measured at or before each sample. A position that wraps is made continuous here, for all
+        that reads a bag; ``wraps`` of the log has the period.
 
         :raises BagError: if there is no such topic, or more than one; if a message contradicts
             itself, or no message carries a stamp.
@@ -418,7 +417,7 @@ class Bag:
     def _joint_state_topic(self, topic: str | None) -> str:
         chosen = self._find('joint_states') if topic is None else self._known(topic)
         if chosen is None:
-            # Another driver may call it otherwise; what this package writes beside it is none.
+            # Another driver may use another name; what this package publishes is no measurement.
             others = [
                 name
                 for name, entry in self._in_namespace().items()

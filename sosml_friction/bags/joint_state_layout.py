@@ -18,7 +18,7 @@ FIELDS = ('position', 'velocity', 'effort')
 _COUNT = struct.Struct('<I')
 #: Little-endian, plain: the only CDR that is read here.
 _ENCAPSULATION = b'\x00\x01'
-#: What comes before is the encapsulation, and alignment counts from here.
+#: First byte behind the encapsulation; alignment counts from it.
 ORIGIN = 4
 
 

@@ -271,8 +271,8 @@ class _Scanner:
         """
         Take the messages that follow each other from a byte on, and return where they end.
 
-        An index is believed in nothing: where it says that messages begin, they do only if each
-        one's frame ends where the next begins. What is not so is left to be read record by record.
+        An index is not trusted: a message begins where it says only if the frame before it ends
+        there. From the first that does not, records are read one by one.
         """
         skipped = int(np.searchsorted(listed, start))
         listed = listed[skipped : int(np.searchsorted(listed, stop - _HEAD.itemsize, 'right'))]

@@ -43,9 +43,9 @@ def copy_bag(source: Path, destination: Path) -> Path:
     """
     Write another bag as the bag ``destination``.
 
-    Of rosbag2 these are the messages of all types that are read of bags, byte for byte, and the
-    tags; of ROS 1 the motion and the robot_description, and if no topic is joint_states, the only
-    one of that type is taken.
+    From rosbag2 it takes the tags, and the messages of all types that are read of bags, byte for
+    byte. From ROS 1 it takes joint_states, or else the only topic of that type, and the
+    robot_description.
 
     :raises BagError: if the bag cannot be read or has no such topic, or is of ROS 1 and rosbags is
         not installed.

@@ -27,9 +27,9 @@ class RunningUnwrap:
     """
     Make positions continuous as they come; of a recording :func:`unwrapped` does it.
 
-    The first wrap is known by the motion before it, as many steps as a recording has on both
-    sides, and a period that is a turn or a round number of at least 1 rad or m; any later one by
-    that period.
+    The first wrap is told by two things: the steps before it, as many as a recording has on both
+    sides of a wrap, and a period that is a turn or a round number of at least 1 rad or m. Later
+    wraps are told by that period.
 
     :param n: number of positions in a sample.
     :param periods: what is known of each (n,), NaN for nothing.

@@ -232,7 +232,7 @@ class _JointTask:
         self.added, *self.unsure = self._bodies(log, robot, doubt)
 
     def _bodies(self, log: JointLog, robot: Robot, doubt: BodyDoubt | None) -> list[FloatArray]:
-        """Return what bodies that are off add to friction (N,), then what they may be off by."""
+        """Return what errors of bodies add to friction, (N,) each: their mean, then its roots."""
         exact = [np.zeros(len(self.time))]
         if doubt is None:
             return exact
@@ -345,7 +345,7 @@ class _JointTask:
         return replace(fit, law=law, parameters=kept)
 
     def _levels(self, tau_f: FloatArray, lag_of: Observer) -> FloatArray:
-        """Return the segments' levels beside the bodies, without an observer that just started."""
+        """Return the levels of segments, bodies corrected, while no observer settles."""
         index = np.arange(len(tau_f))
         since = index - np.maximum.accumulate(np.where(np.isfinite(tau_f), -1, index))
         settling = since <= self._memory(lag_of, 0.01)

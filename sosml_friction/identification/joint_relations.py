@@ -3,9 +3,9 @@
 """
 How the columns of a recording must hang together, and which fault makes them.
 
-A hypothesis (as it is, another unit of position, of velocity or of effort, a turned sign, a delay)
-predicts one column from the others. That of the least misfit is what the recording is; one that is
-hardly better than the recording as it is accuses nobody.
+Each hypothesis predicts one column from the others: the recording as it is, another unit of
+position, velocity or effort, a turned sign, a delay. The one with the least misfit is taken, if it
+is clearly better than the recording as it is.
 """
 
 from __future__ import annotations

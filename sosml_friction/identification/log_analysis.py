@@ -146,11 +146,11 @@ def analyse_log(
         compared = BodyComparison.of([log], nominal, settings.body_tolerance, progress)
     if compared.late is not None:
         log = compared.late.undone(log)
-        # What a joint by itself says of it is less sure.
+        # All joints together tell it better than each by itself.
         others = [found for found in checks.findings if found.check != BY_JOINT]
         checks = replace(checks, findings=(*others, compared.late.finding()))
     body, timing, measured = compared.refit, compared.timing if silent else None, compared.timing
-    # Where each joint has its own, or values are means of several samples, it is another time.
+    # One time is compared with one hold: not where joints have several, nor with means of samples.
     one = not silent and compared.late is None and len({*holds}) == together == 1
     if one and measured and measured.contradicts(holds[0], log.step):
         text = measured.contradiction(holds[0], log.step)

@@ -34,10 +34,10 @@ class SegmentSettings:
     after), and by ``window_s`` at its end; it is used if ``minimum_s`` is left and
     the speeds of its three thirds differ by less than ``total_change`` of the whole's.
 
-    Two more reasons reject a window, because friction is bent near standstill and a mean over a
-    bend is not the value at the mean: speed that ripples by more than ``largest_ripple`` of itself
-    (standard deviation over ``window_s``, resolution subtracted; stick-slip), and speed below
-    ``slowest_share`` of the fastest window's (creep, where the sign of friction is not yet full).
+    Friction is curved near standstill, so that its mean is not its value at the mean speed. Two
+    more reasons therefore reject a window. Its speed ripples (stick-slip): its standard deviation
+    over ``window_s``, resolution subtracted, is more than ``largest_ripple`` of itself. Or it
+    creeps, slower than ``slowest_share`` of the fastest window, where friction is not yet full.
     """
 
     window_s: float = 0.05

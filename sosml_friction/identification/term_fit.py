@@ -244,17 +244,17 @@ def fit_terms(
     """
     Estimate the values of terms, with one covariance of all that is fitted.
 
-    What is listed is free. What the model has besides stays as it is, within the tolerance of the
-    settings: so the terms that a diagnosis named come out as it had them. A joint of which
-    Coulomb or viscous friction is listed has its whole law fitted: what is not listed of it is 0,
-    but for its bias, which no recording is without. A rigid body that the data contradict within
-    that tolerance is refitted within the one that they make most likely. An armature that the
-    model does not know is free.
+    What is listed is free. All else of the model stays within the tolerance of the settings, so
+    that terms which a diagnosis named have the values that it found. Where Coulomb or viscous
+    friction of a joint is listed, its whole law is fitted: terms of the law that are not listed
+    are 0, and only the bias stays free. If the data contradict the rigid body within that
+    tolerance, it is refitted within the most likely one. An armature that the model does not know
+    is free.
 
     :param body_tolerance: how far each number of the rigid body may be off, as a share of itself;
         None for what the data say (:func:`~sosml_friction.regression.body_width.choose_width`).
     :param settled: whether inner parameters are searched beside one another once more.
-    :param without: terms whose part of the effort is left in the noise.
+    :param without: terms that are not looked for: their effort counts as noise.
     :param rotors: by joint, the armature [kg m2 or kg] about which one that the model does not
         know is fitted, instead of 0: how late an effort is changes as it does.
     :raises ConfigurationError: if a term is unknown or can act in none of its joints.

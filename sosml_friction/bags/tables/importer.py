@@ -32,7 +32,7 @@ from sosml_friction.text_file import read_text
 Tell = Callable[[str], None]
 #: More repeated stamps than these are no slips of a logger: the time is too coarse.
 _REPEATED = 0.05
-#: A period is that of a counter's register if it is this close: the motion in the jump blurs it.
+#: Share by which a period may miss that of a counter's register: the joint moves during the jump.
 _REGISTER = 0.02
 
 

@@ -28,11 +28,10 @@ class LawRows:
     """
     Hold what :func:`~sosml_friction.identification.law.law_search.search_law` takes and explains.
 
-    ``find_smoothing``: whether v0 of the law's sign is to be found, and not as said;
-    ``unsmoothed``: the rows at velocities of the position alone, where ``v`` is smoothed by the
-    torque. ``held``: y with the effort held where samples were lost, None where none were.
-    ``late``: y with an effort that acts later by one standard error of when it does, None where
-    that is known.
+    ``find_smoothing``: fit v0 of the law's sign, and do not use ``smoothing_velocity``.
+    ``unsmoothed``: the same rows with velocities from positions alone, if ``v`` is smoothed by the
+    torque, else None. ``held``: y if effort is held where samples were lost; None where none were
+    lost. ``late``: y if effort acts one standard error later; None where it is known when it acts.
     """
 
     v: FloatArray
@@ -59,8 +58,9 @@ class LawRows:
         """
         Fit the law to the rows; errors as of ``search_law``.
 
-        What is not known of the velocities, and of the effort between samples, moves all
-        parameters together: V + d d^T, d the change by the other way, times how unsure this is.
+        Velocities, and effort between samples, may be other than they were taken. Each other way
+        changes all parameters together by d, which adds d d^T, times how unsure it is, to their
+        covariance.
         """
         fit = self._summary(effort_unit).fit()
         form = replace(self.form, alpha=fit.drawn.get('exponent', self.form.usual))

@@ -139,10 +139,10 @@ class LawStack:
 
     def own(self, names: Collection[str]) -> LawStack:
         """
-        Return the regression with parameters of each bag's own, of which only means are fitted.
+        Return the regression in which each bag has some parameters of its own.
 
-        The others are projected out of both sides (Frisch and Waugh), so that the law's
-        parameters are those of a fit with all of them.
+        What is fitted of these is their mean. Deviations from it are projected out of both sides
+        (Frisch and Waugh): the other parameters are those of a fit that has all of them.
 
         :param names: some of :data:`OWN`, in which the law is linear whatever its other terms.
         """

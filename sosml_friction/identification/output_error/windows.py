@@ -129,7 +129,7 @@ class _Windows:
         self.first_v = velocity[:, 0]
         self.top_speed = float(np.abs(velocity).max())
         passed = np.cumsum(self.h, axis=1)
-        # What a change of velocity at the start would do to a joint without friction.
+        # Sum of squares by which a joint without friction moves for one unit of initial velocity.
         self.free = np.sum((passed - passed.mean(axis=1, keepdims=True)) ** 2, axis=1)
         self.size = float(np.std(self.q - self.q.mean(axis=1, keepdims=True)))
 

@@ -93,14 +93,14 @@ def find_agreement(
     """
     Hold the bags of a stack against one law for all.
 
-    The deviation of one parameter in one bag that explains most is accepted if it is beyond its
-    error, with room for the number of those that were tried (1 % of false alarms in all); then
-    the next beside it, until none is. Errors are by clusters.
+    A deviation is one parameter in one bag. The one that explains most is accepted if it is beyond
+    its error at a level that allows for all that were tried (1 % of false alarms in all). The next
+    one is then sought beside it, until none is accepted. Errors are by clusters.
 
     :param labels: of the bags, in the order of the stack.
-    :param fits: laws of all bags and of single ones. That whose width of the sign and exponent
-        explain most, all else each bag's own, says what they are: where bags differ, a law of
-        all has them from the difference.
+    :param fits: laws of all bags and of single ones. Width of the sign and exponent are taken from
+        one of them: the one that explains most when each bag has all other parameters of its own.
+        Where bags differ, a law fitted to all would take their difference for a bend.
     """
     return _Comparison(stack, labels, effort_unit, fits).result()
 

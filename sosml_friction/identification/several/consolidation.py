@@ -36,7 +36,7 @@ RULE = {
     'stribeck_velocity': ('T2',),
     'bias': ('T3',),
 }
-#: What only some laws have comes from the same bags as what it is of.
+#: The same for parameters that only some laws have: each comes with the one that it modifies.
 _OF_SOME = {
     'exponent': ('T2',),
     'viscous_asymmetry': ('T1', 'T3'),

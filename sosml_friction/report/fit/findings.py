@@ -94,9 +94,10 @@ def law_sentence(
 
 def law_remarks(fit: LawFit) -> list[str]:
     """
-    Return what a law must not be used without.
+    Return what to know before a law is used.
 
-    That it leaves more than it explains, failed checks, its knee, and what there is for S.
+    Whether it leaves more than it explains, which checks failed, what its knee is like, and where
+    S is left open what there is of it at the slowest speed.
     """
     remarks = []
     if fit.relative_error > _HALF:
@@ -159,9 +160,9 @@ def body_sentences(body: BodyRefit | None) -> list[str]:
 
 def caveats(views: Sequence[JointView]) -> list[str]:
     """
-    Return :func:`notes`, the numbers by direction, and what is left open with how to learn it.
+    Return :func:`notes`, then what is to be known of the law of the model.
 
-    The latter two of the law of the model only.
+    These are its numbers by direction, and what it leaves open, with how to learn it.
     """
     lines = notes(views)
     for view in views:
@@ -179,9 +180,9 @@ def notes(views: Sequence[JointView], beside: bool | None = None) -> list[str]:
     """
     Return what a reader should know before using the numbers.
 
-    Laws that are no friction, what the data tell instead of a parameter that they leave open,
-    methods or observers whose 95 % intervals exclude each other, a truth outside of them, and
-    joints that only some observers could be fitted for.
+    It names laws that are no friction; methods or observers whose 95 % intervals exclude each
+    other, or the truth; and joints that only some observers could be fitted for. Where a parameter
+    is left open, it says what the data tell instead.
 
     :param beside: True for what is said of observers whose fit is not the model, False for what
         is said of the model, None for both.
