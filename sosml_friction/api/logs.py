@@ -9,11 +9,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.segments import centred_difference
-
-#: Time over which position is differenced where velocity was not measured [s]. Chosen, no
-#: measurement.
-_WINDOW_S = 0.05
+from sosml_friction.identification.law_residual import position_difference
 
 
 def labelled(logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog]) -> dict[str, JointLog]:
@@ -50,9 +46,7 @@ def one_log(log: object) -> JointLog:
 
 def velocity_of(log: JointLog) -> FloatArray:
     """Return velocity (N, n) [rad/s or m/s], of joints without it from differences of position."""
-    step = float(np.median(np.diff(log.time))) if len(log) > 1 else 0.0
-    half = max(1, round(0.5 * _WINDOW_S / step)) if step > 0.0 else len(log)
     v = log.v.copy()
-    for i in np.flatnonzero(np.isnan(v).all(axis=0)):
-        v[:, i] = centred_difference(log.time, log.q[:, i], half)
+    unknown = np.isnan(v).all(axis=0)
+    v[:, unknown] = position_difference(log.time, log.q[:, unknown])
     return v

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.signal import butter, decimate, sosfiltfilt
 
 from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.bags.even_stretches import on_lines
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.law.jackknife import jackknife_errors, t_95
 from sosml_friction.model.laws import unit_of
@@ -152,7 +153,7 @@ class _InverseTask:
         if count < 4 * edge:
             return np.empty((0, 9))
         even = time[0] + h * np.arange(count)
-        q = np.column_stack([np.interp(even, time, column) for column in q.T])
+        q = on_lines(even, time, q)
         tau = np.interp(even, time, tau)
         low_pass = butter(_ORDER, self.cutoff, fs=1.0 / h, output='sos')
         q = sosfiltfilt(low_pass, q, axis=0)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sosml_friction.bags.even_stretches import on_lines
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import HOLE
 from sosml_friction.identification.data_finding import WARNING, DataFinding
@@ -79,8 +80,7 @@ class LateEffort:
         # The first sample behind a hole is as good as any where it is the one that is taken.
         at = time[after[kept]] - later[kept] < 0.5 * self.step_s
         kept = kept[(gap < HOLE * self.step_s) | at]
-        tau = np.column_stack([np.interp(later, time, own) for own in log.tau.T])
-        return replace(log, tau=tau).rows(kept)
+        return replace(log, tau=on_lines(later, time, log.tau)).rows(kept)
 
     def finding(self) -> DataFinding:
         """Return for a person what was found and done."""

@@ -121,7 +121,7 @@ def white_band(pairs: IndexArray) -> FloatArray:
 
 
 def position_difference(time: FloatArray, q: FloatArray) -> FloatArray:
-    """Return the centred difference over :data:`WINDOW_S`, (N,); NaN at ends and across holes."""
+    """Return the centred difference over :data:`WINDOW_S`; NaN at ends and across holes."""
     step = float(np.median(np.diff(time))) if len(q) > 1 else 0.0
     half = max(1, round(0.5 * WINDOW_S / step)) if step > 0.0 else len(q)
     return centred_difference(time, q, half)
