@@ -168,7 +168,7 @@ class Bag:
 
     @property
     def stated_messages(self) -> int | None:
-        """Return how many messages its files say that they have, None where one does not."""
+        """Return how many messages the files or else metadata.yaml state, None if neither does."""
         stated = [found.stated for found in self._scans if found.stated is not None]
         return sum(stated) if len(stated) == len(self._scans) else self._counted
 

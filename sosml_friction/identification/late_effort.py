@@ -24,7 +24,7 @@ from sosml_friction.regression.evidence import AT_BOUND
 from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.rival import VERY_STRONG
 
-#: What a finding about it is called, and that which tells the same of a joint by itself.
+#: Name of the finding on all joints together, and of the one on a single joint.
 LATE, BY_JOINT = 'late_effort', 'effort_lag'
 #: The term that says by how much.
 DELAY = 'effort_delay'
@@ -35,8 +35,8 @@ class LateEffort:
     """
     Hold by how much effort is late, with its standard error, and the time of samples [s].
 
-    ``samples``: how many of them it is taken sooner for that. Of effort that is early, as beside a
-    position that is late, both are negative, and it is taken later.
+    ``samples``: by how many samples effort is taken sooner to undo the delay. Both are negative
+    where effort is early, as beside a position that is late: it is then taken later.
     """
 
     delay_s: float
@@ -49,9 +49,9 @@ class LateEffort:
         """
         Return what a fit with a delay found; None unless it shows one very strongly.
 
-        Effort that is early by an interval at most is left alone: a controller that answers a
-        position in the next cycle is as early, and so seems friction that is no law's, as in the
-        EMPS record, of which more is left when it is undone.
+        Effort that is early by at most one interval is left as it is. A controller that answers a
+        position in the next cycle makes it as early. Friction that follows no law seems to do so
+        too: of the EMPS record more is left when this is undone.
 
         :param undone: how many samples sooner the effort of ``logs`` was taken already.
         """
@@ -65,19 +65,19 @@ class LateEffort:
 
     @property
     def left(self) -> EffortTiming:
-        """Return how late it is still when it is undone by whole samples, as fits found it."""
+        """Return the delay that remains when whole samples of it are undone."""
         return EffortTiming(self.delay_s - self.samples * self.step_s, self.std_error)
 
     def undone(self, log: JointLog) -> JointLog:
-        """Return the samples with the effort of as much later; those without are left out."""
+        """Return the log with effort taken ``samples`` sooner, without samples that have none."""
         time = log.time
         later = time + self.samples * self.step_s
         after = np.searchsorted(time, later)
-        # By half a sample the clock of the last one may be off.
+        # The last stamp may be off by half a sample.
         after[(after == len(time)) & (later < time[-1] + 0.5 * self.step_s)] = len(time) - 1
         kept = np.flatnonzero((after < len(time)) & (later > time[0] - 0.5 * self.step_s))
         gap = np.append(0.0, np.diff(time))[after[kept]]
-        # The first sample behind a hole is as good as any where it is the one that is taken.
+        # Into a hole nothing is interpolated; the first sample behind it may be taken itself.
         at = time[after[kept]] - later[kept] < 0.5 * self.step_s
         kept = kept[(gap < HOLE * self.step_s) | at]
         return replace(log, tau=on_lines(later, time, log.tau)).rows(kept)
@@ -108,11 +108,10 @@ def _whole(samples: float) -> int:
 
 def is_beyond(fit: TermFit) -> bool:
     """
-    Tell whether effort is later, or earlier, than between samples it can be.
+    Tell whether effort acts outside of the interval between its samples.
 
-    It is as late as it can be, or the data alone show it very strongly: beside the prior that it
-    is not, data of a slow motion or of noisy effort show nothing, as an interval may be much
-    shorter than what they tell.
+    Either its fitted time is at its bound, or the data alone, without the prior, very strongly
+    show a time beyond it. With the prior, a slow motion or noisy effort would never show it.
     """
     laboratory = fit.laboratory
     k = laboratory.nominal.names.index(EFFORT_HOLD)

@@ -120,8 +120,7 @@ def analyse_log(
     :param source: which recording this is; None for that of the samples.
     :param require: whether to refuse a recording of which no joint can be fitted alone.
     :param command: the command line that asked for it, for the provenance.
-    :param compared: what several logs say of the bodies, and of when effort acts where nothing
-        else does, instead of this one.
+    :param compared: the comparison of several logs with the bodies, in place of that of this log.
     :raises ConfigurationError: if there is no URDF, or an observer is unknown or has no gains by
         bandwidth.
     :raises DataError: if effort is missing or the motion cannot be fitted.
@@ -231,7 +230,7 @@ def analyse_log(
 def _with_ripple(
     log: JointLog, robot: Robot, fit: FrictionFit, checks: DataChecks
 ) -> tuple[FrictionFit, dict[str, tuple[PlateauRipple, ...]], DataChecks]:
-    """Return fits with what hidden ripple does to S and v_s in their errors, ripple, checks."""
+    """Return fits whose errors of S and v_s have the shift by hidden ripple, ripple, checks."""
     joints, found, told = dict(fit.joints), {}, []
     for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
         fits = fit.joints.get(name, {})

@@ -28,8 +28,8 @@ _SAME_WEIGHTS, MOST_SOLVED = 1e-6, 20
 _HUBER = 1.345  # 95 % efficient on normal noise
 #: Laws are compared at this many speeds.
 _SPEEDS = 200
-#: Part of the largest column that is left of columns that others stand for: the square root of
-#: rounding, so that sums of squares are exact.
+#: Others stand for a column if they leave less than this share of the largest one: the square root
+#: of rounding, so that sums of squares are exact.
 _LEFT = 1e-8
 #: Rows that are reduced at a time; it bounds the memory.
 _BLOCK = 20_000

@@ -55,9 +55,9 @@ class RuleFit:
     """
     Hold what the paper's rule makes of the fits of single recordings.
 
-    C and B from T1 and T3, S and v_s from T2, the bias from T3; several fits of one parameter are
-    averaged, weighted by their information, and where they scatter more than their errors say,
-    those of the mean are larger by as much. ``sources``: the bags each parameter comes from; one
+    C and B from T1 and T3, S and v_s from T2, the bias from T3. Several fits of one parameter are
+    averaged, weighted by their information; where they scatter more than their errors say, the
+    error of the mean is larger by as much. ``sources``: the bags each parameter comes from; one
     that comes from none is flagged. ``missing``: roles that no bag has; ``reason`` says what is
     missing and what to record, without stop, empty if nothing is.
     """
@@ -207,8 +207,8 @@ def consolidate(
     :param unit: ``Nm`` or ``N``.
     :param recordings: the fits of each bag by its label, with their rows.
     :param own_bias: whether each bag has a bias of its own; None to see from the data.
-    :param variance: by parameter, what the rows of no bag show, as the fits of bags have it
-        already: not knowing the bodies, which are the same in all.
+    :param variance: by parameter, a variance that no rows show: that of not knowing the bodies,
+        which all bags share. The fits of single bags have it already.
     """
     fits, unavailable, rows = {}, {}, {}
     for label, fit in recordings.items():
@@ -422,8 +422,8 @@ def spread_over(bags: Mapping[str, Parameter]) -> Parameter:
 
     The random effect of DerSimonian and Laird (Controlled Clinical Trials 7, 1986): weights
     1 / (s_k^2 + d^2), d the standard deviation between bags; the standard error is that of another
-    bag, sqrt(d^2 + s^2), and no less than that of the surest: what bags share, such as the bodies,
-    is in no mean less. The interval reaches from the lowest to the highest end of any bag.
+    bag, sqrt(d^2 + s^2), and at least that of the surest bag: a mean does not reduce what bags
+    share, such as the bodies. The interval reaches from the lowest to the highest end of any bag.
     """
     if len(bags) == 1:
         return next(iter(bags.values()))
