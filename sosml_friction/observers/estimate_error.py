@@ -23,6 +23,14 @@ _EVERY = 50
 _LEFT = 0.05
 #: Length of the impulse responses [s]: the slowest observer of the recipes has settled.
 _RESPONSE_S = 5.0
+#: Time over which the scatter of the estimate itself is followed [s], in so many samples of a
+#: settling time. Chosen: twice the slowest response, some 70 settling times of a fast observer.
+_SCATTER_S = 10.0
+_PER_SETTLING = 5
+#: Relative standard deviation of 1.4826 times the median of n independent sizes, times sqrt(n).
+_MEDIAN_ERROR = 1.17
+#: Scatter that exceeds what white noise makes by more than this many of these is no chance.
+_SURE = 3.0
 #: At most so many samples of them, and none below so many stamps. Chosen: 10 kHz for those 5 s.
 _LONGEST = 50_000
 _FEWEST = 10
@@ -38,9 +46,19 @@ class EstimateError:
 
     for white noise of effort, s_tau, and of momentum, s_p^2 = sum_j M_ij^2 s_v,j^2, both measured
     from second differences over the last 200 samples, and each at least step / sqrt(12) of the
-    resolution that is seen, which a signal at rest hides. It is that of noise alone: not of a
-    wrong model, of a wrong scale, of the lag after a change, nor of a velocity whose noise
-    is not white.
+    resolution that is seen, which a signal at rest hides. Noise below half a step does not dither
+    it: effort is then off by up to that half for as long as it stays, and step^2 / 12 is added
+    whole. Where no noise and no step was seen, nothing is known.
+
+    Noise that is not white, as of values that are held or filtered, passes the observer better
+    than its differences say. So s is at least the scatter of the estimate e itself, where that is
+    more than white noise makes by chance ::
+
+        1.4826 median |e(t) - 2 e(t - T) + e(t - 2 T)| / sqrt(6)
+
+    over the last 10 s, T the settling time, after which estimates are independent; friction that
+    changes for most of these times counts as well. It is that of noise alone: not of a wrong
+    model, of a wrong scale, nor of the lag after a change.
 
     :param observer: that is linear, or has a linear part (``lag_filter``). Without one (1 / 1) the
         error is not known.
@@ -55,6 +73,9 @@ class EstimateError:
         # Compile now: at the fiftieth sample it would stall the node.
         seen_noise(np.zeros((_FEWEST, self._n)))
         self._since = 0
+        # The estimates of the last time, oldest first, one in ``stride`` samples.
+        self._estimates = np.empty((0, self._n))
+        self._stride = self._skipped = 0
         self._value = np.full(self._n, np.nan)
         self._settling = np.full(self._n, np.nan)
         self._h = math.nan
@@ -65,7 +86,12 @@ class EstimateError:
         )
 
     def update(
-        self, t_s: float, v: FloatArray, tau: FloatArray, inertia: FloatArray, known: BoolArray
+        self,
+        t_s: float,
+        v: FloatArray,
+        tau: FloatArray,
+        inertia: FloatArray,
+        estimate: FloatArray,
     ) -> FloatArray:
         """
         Return the standard error (n,) [Nm or N], NaN where the estimate is not known or settles.
@@ -74,16 +100,23 @@ class EstimateError:
         :param v: velocity as the observer has it (n,) [rad/s or m/s].
         :param tau: effort (n,) [Nm or N].
         :param inertia: M (n, n) at this sample.
-        :param known: joints that have an estimate (n,).
+        :param estimate: tau_f (n,) [Nm or N], NaN where there is none.
         """
         if self._samples and t_s < self._samples[-1][0]:
             self._samples.clear()
+            self._estimates[:] = np.nan
             self._known_since[:] = np.nan
         self._samples.append((t_s, np.array(v), np.array(tau)))
         self._since += 1
+        self._skipped += 1
+        if 0 < self._stride <= self._skipped:
+            self._skipped = 0
+            self._estimates[:-1] = self._estimates[1:]
+            self._estimates[-1] = estimate
         if self._since >= _EVERY:
             self._since = 0
             self._measure(inertia)
+        known = np.isfinite(estimate)
         return np.asarray(
             _settled_error(t_s, known, self._known_since, self._settling, self._value)
         )
@@ -105,16 +138,35 @@ class EstimateError:
                 for g in responses
             ]
             self._settling[:] = [h * _settled(g) if len(g) else 0.0 for g in responses]
-        s_v = self._noise(1)
-        s_tau = self._noise(2)
+            slowest = float(self._settling.max())
+            self._stride = max(1, round(slowest / h / _PER_SETTLING))
+            count = min(round(_SCATTER_S / h / self._stride), _LONGEST)
+            self._estimates = np.full((max(count, 1), self._n), np.nan)
+        s_v, _ = self._noise(1)
+        s_tau, hidden = self._noise(2)
         s_p = np.sqrt(inertia**2 @ s_v**2)
         by_effort, by_momentum = np.array(self._gains).T
-        self._value[:] = np.sqrt(s_tau**2 * by_effort + s_p**2 * by_momentum)
+        white = s_tau**2 * by_effort + s_p**2 * by_momentum + hidden**2
+        self._value[:] = self._beyond_white(np.sqrt(np.where(white > 0.0, white, np.nan)))
 
-    def _noise(self, column: int) -> FloatArray:
+    def _noise(self, column: int) -> tuple[FloatArray, FloatArray]:
+        """Return the noise of a column (n,), and what of its resolution no noise dithers (n,)."""
         step, noise = seen_noise(np.array([sample[column] for sample in self._samples]))
         finest = self._steps[column - 1] = np.minimum(self._steps[column - 1], step)
-        return np.where(finest < np.inf, np.maximum(noise, finest / math.sqrt(12.0)), noise)
+        rounding = np.where(finest < np.inf, finest / math.sqrt(12.0), 0.0)
+        return np.maximum(noise, rounding), np.where(noise < 0.5 * finest, rounding, 0.0)
+
+    def _beyond_white(self, white: FloatArray) -> FloatArray:
+        """Return the error (n,), that of white noise unless the estimate scatters more."""
+        e, lag = self._estimates, _PER_SETTLING
+        bend = np.abs(e[2 * lag :] - 2.0 * e[lag:-lag] + e[: -2 * lag])
+        count = np.isfinite(bend).sum(axis=0)
+        scatter = np.full(self._n, np.nan)
+        for i in np.flatnonzero(count).tolist():
+            own = bend[:, i]
+            scatter[i] = 1.4826 * np.median(own[np.isfinite(own)]) / math.sqrt(6.0)
+        chance = 1.0 + _SURE * _MEDIAN_ERROR * np.sqrt(lag / np.maximum(count, 1))
+        return np.where(scatter > chance * white, scatter, white)
 
     def _response(self, h: float, joint: int) -> FloatArray:
         """Return the response to an impulse; empty where the observer has no filter."""

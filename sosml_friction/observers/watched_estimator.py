@@ -160,7 +160,11 @@ class WatchedEstimator:
         else:
             causes = {}
         error = self._error.update(
-            t_ns * 1e-9, self.estimator.velocity, torque, self.estimator.inertia, known
+            t_ns * 1e-9,
+            self.estimator.velocity,
+            torque,
+            self.estimator.inertia,
+            estimates[self.selected],
         )
         remarks = {}
         if verdict.remarks:
