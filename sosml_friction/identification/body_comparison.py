@@ -54,9 +54,8 @@ class BodyComparison:
     between its samples.
     ``loads``: by joint, the share of its load that is friction, where the data show it.
     ``repeats``: by joint, the cogging that was fitted besides, where it is much of what is left.
-    ``friction`` returns what was fitted beside these bodies: by joint, the law of those that show
-    no Stribeck term, and friction by load. Beside the model's own bodies it is fitted when it is
-    asked for.
+    ``friction`` returns what was fitted beside these bodies: by joint its law, and friction by
+    load. Beside the model's own bodies it is fitted when it is asked for.
     """
 
     refit: BodyRefit | None = None
@@ -143,26 +142,27 @@ class BodyComparison:
             and not term.parameters[COEFFICIENT].may_be(0.0)
         }
         listed = (*NOMINAL, *(term.label for term in shown), *lines)
-        again = partial(fit_with, bare, listed, body_tolerance=fit.body.tolerance)
+        # As listed, and with a Stribeck term in all joints that the data do not rule out.
+        hidden = (*listed, 'stribeck')
+        again = partial(fit_with, body_tolerance=fit.body.tolerance)
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
             doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
 
             def fitted_friction() -> FrictionBeside:
                 step('fitting friction beside the rigid body')
-                return friction_beside(again())
+                return friction_beside(again(bare, listed), again(bare, hidden))
 
             timing = _timing(fit, logs, late)
             return cls(rotors, timing, doubt, late, loads, repeats, fitted_friction)
         step('fitting beside the friction that the data show')
-        fit = replace(again(), body=fit.body)
-        body = BodyRefit.of(fit, model)
+        fit = replace(again(bare, listed), body=fit.body)
+        body = BodyRefit.of(fit, model, again(bare, hidden))
         if body.loads and not body.refused:
             # Load is what the bodies of the model need: with those that fit it is another one.
             step('fitting friction by the load of these bodies')
             fitted = replace(body.model, effects=())
-            last = fit_with(fitted, listed, body_tolerance=fit.body.tolerance)
-            body = body.with_friction_of(last)
+            body = body.with_friction_of(again(fitted, listed), again(fitted, hidden))
         found = (body.laws, body.loads)
         timing = _timing(fit, logs, late)
         return cls(body, timing, None, late, loads, repeats, lambda: found)

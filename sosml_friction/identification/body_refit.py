@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,20 +16,23 @@ from sosml_friction.identification.free_armature import armature_sentence, with_
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
-from sosml_friction.identification.term_fit import TermFit
+from sosml_friction.identification.term_fit import FittedTerm, TermFit
 from sosml_friction.model.consistent_inertias import nearest_bodies
-from sosml_friction.model.laws import unit_of
+from sosml_friction.model.laws import law_of, unit_of
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.rigid_changes import REFIT, Change, with_changes
 from sosml_friction.model.robot import Robot
 from sosml_friction.regression.body_width import body_precision, body_variance
 from sosml_friction.regression.nominal import Nominal
+from sosml_friction.regression.rival import rival_probability
 
 #: The friction that stands beside the bodies: what can be taken for weight or inertia.
 LOAD = 'load_dependent_friction'
 NOMINAL = ('coulomb', 'viscous')
 FRICTION = (*NOMINAL, 'stribeck', LOAD)
+#: What a Stribeck term is, if it is known; else both are ranges.
+_KNEE = ('stribeck', 'stribeck_velocity')
 #: Speeds of the data are told without the slowest of this share, which are turning points.
 _TURNING = 0.02
 #: The ten numbers of a body, in the joint's frame and about its origin.
@@ -44,8 +47,8 @@ class BodyRefit:
     Hold a refitted rigid body.
 
     ``model``: the model with the bodies that fit. ``laws``: by joint, the friction that was fitted
-    beside them, of those that show no Stribeck term; ``loads``: friction by load, where the data
-    show it. ``tolerance``: how far each number was allowed to be off, as a share of itself;
+    beside them; ``loads``: friction by load, where the data show it. ``tolerance``: how far each
+    number was allowed to be off, as a share of itself;
     ``log_evidence``: of tolerances against the usual one, empty where it was told.
     ``deviations``: by name, refitted minus the model's. ``variance``: by joint and parameter, what
     not knowing bodies and rotors adds to its variance. ``refused``: why the bodies are not in the
@@ -72,8 +75,12 @@ class BodyRefit:
         return cls(known, {}, (), 0.0, {}, {}, variance, armature=fit.armature)
 
     @classmethod
-    def of(cls, fit: TermFit, model: RobotModelFile) -> BodyRefit:
-        """Return the bodies that a fit of terms has beside them, and the model with these."""
+    def of(cls, fit: TermFit, model: RobotModelFile, curved: TermFit) -> BodyRefit:
+        """
+        Return the bodies that a fit of terms has beside them, and the model with these.
+
+        :param curved: of :func:`friction_beside`.
+        """
         nominal = fit.laboratory.nominal
         robot = fit.laboratory.robot
         columns = nominal.rigid_columns
@@ -110,7 +117,7 @@ class BodyRefit:
         variance = _variance(fit, columns)
         return cls(
             with_fitted(changed.model, armature),
-            *friction_beside(fit),
+            *friction_beside(fit, curved),
             fit.body.tolerance,
             fit.body.log_evidence,
             deviations,
@@ -144,9 +151,10 @@ class BodyRefit:
             text += f'; the model keeps its own bodies: {self.refused}'
         return text
 
-    def with_friction_of(self, fit: TermFit) -> BodyRefit:
+    def with_friction_of(self, fit: TermFit, curved: TermFit) -> BodyRefit:
         """Return the same bodies with the friction that was fitted beside them anew."""
-        return replace(self, laws=_laws(fit, self.laws), loads=_loads(fit))
+        laws, loads = friction_beside(fit, curved)
+        return replace(self, laws=laws, loads=loads)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""
@@ -183,17 +191,42 @@ def _variance(fit: TermFit, columns: IndexArray) -> dict[str, dict[str, float]]:
     }
 
 
-def friction_beside(fit: TermFit) -> tuple[dict[str, LawFit], tuple[EffectTerm, ...]]:
-    """Return by joint the law of a fit of terms without Stribeck term, and friction by load."""
-    curved = {term.joint for term in fit.terms if term.term == 'stribeck'}
+def friction_beside(
+    fit: TermFit, curved: TermFit
+) -> tuple[dict[str, LawFit], tuple[EffectTerm, ...]]:
+    """
+    Return by joint the law of a fit of terms, and friction by load.
+
+    :param curved: the same with a Stribeck term in all joints: what one that the data do not show
+        moves is in the errors of the laws without.
+    """
     names = fit.laboratory.nominal.names
-    plain = {joint for joint in fit.names if f'{joint} coulomb' in names}
-    return _laws(fit, plain - curved), _loads(fit)
+    knees = {term.joint: term for term in fit.terms if term.term == 'stribeck'}
+    laws = {
+        name: _law(fit, i, knees.get(name))
+        for i, name in enumerate(fit.names)
+        if f'{name} coulomb' in names
+    }
+    hidden = {name: law for name, law in laws.items() if name not in knees}
+    laws |= {name: _with_hidden_knee(law, name, fit, curved) for name, law in hidden.items()}
+    return laws, _loads(fit)
 
 
-def _laws(fit: TermFit, joints: Container[str]) -> dict[str, LawFit]:
-    """Return Coulomb and viscous friction of some joints."""
-    return {name: _law(fit, i) for i, name in enumerate(fit.names) if name in joints}
+def _with_hidden_knee(law: LawFit, joint: str, fit: TermFit, curved: TermFit) -> LawFit:
+    """
+    Return a law with w d^2 in its variances, by a Stribeck term that is not shown.
+
+    d: what the law moves by beside the term; w: how probable the term is, 1 / (1 + exp(-z^2 / 2))
+    by its evidence z^2.
+    """
+    term = next(t for t in curved.terms if (t.term, t.joint) == ('stribeck', joint))
+    weight = rival_probability(-curved.evidence(term))
+    moved = {
+        name: curved.refit[f'{joint} {name}'] - fit.refit[f'{joint} {name}']
+        for name in law.parameters
+        if f'{joint} {name}' in fit.refit
+    }
+    return law.with_variance({name: weight * by**2 for name, by in moved.items()})
 
 
 def _loads(fit: TermFit) -> tuple[EffectTerm, ...]:
@@ -205,15 +238,14 @@ def _loads(fit: TermFit) -> tuple[EffectTerm, ...]:
     )
 
 
-def _law(fit: TermFit, i: int) -> LawFit:
-    """Return Coulomb and viscous friction of joint ``i`` as other fits hold them."""
+def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:
+    """Return the law of joint ``i`` as other fits hold them; ``knee``: its Stribeck term."""
     joint, unit = fit.names[i], fit.units[i]
-    nominal = fit.laboratory.nominal
     known = ('coulomb', 'viscous', 'bias')
-    index = [nominal.names.index(f'{joint} {name}') for name in known]
+    drawn = {name: fit.refit[f'{joint} {name}'] for name in known}
     parameters = {}
-    for name, k in zip(known, index, strict=True):
-        value, error = fit.refit[nominal.names[k]], fit.refit_errors[nominal.names[k]]
+    for name, value in drawn.items():
+        error = fit.refit_errors[f'{joint} {name}']
         told = Parameter.estimated(value, unit_of(name, unit), error, Z_95)
         low, high = value - Z_95 * error, value + Z_95 * error
         if name != 'bias' and low <= 0.0:
@@ -222,28 +254,41 @@ def _law(fit: TermFit, i: int) -> LawFit:
             )
             told = replace(told, value=np.nan, flags=(NOT_IDENTIFIABLE,), reason=reason)
         parameters[name] = told
-    for name in ('stribeck', 'stribeck_velocity'):
-        parameters[name] = Parameter.not_told(
-            unit_of(name, unit),
-            'beside the bodies, Coulomb and viscous friction and friction by load were fitted: '
-            'sosml fit --terms fits any',
-        )
+    law = drawn_law = 'coulomb_viscous'
+    if knee is None:
+        for name in _KNEE:
+            parameters[name] = Parameter.not_told(
+                unit_of(name, unit),
+                'beside the bodies, Coulomb and viscous friction and friction by load were '
+                'fitted: sosml fit --terms fits any',
+            )
+    else:
+        drawn |= {name: p.value for name, p in knee.parameters.items()}
+        drawn_law = law_of((*known, 'stribeck'), drawn).identifier
+        parameters |= {name: _or_range(p) for name, p in knee.parameters.items()}
+        if all(np.isfinite(parameters[name].value) for name in _KNEE):
+            law = drawn_law
     left = fit.residual()[:, i]
     own = sum(fit.explained(t)[:, i] for t in fit.terms if t.term in FRICTION)
     speed = np.abs(np.concatenate([s.v[:, i] for s in fit.laboratory.signals]))
     # Rows at rest are no speed of the law.
     speed = speed[speed > 0.0]
     return LawFit(
-        'coulomb_viscous',
+        law,
         parameters,
         float(np.std(left)),
         100.0 * float(np.linalg.norm(left) / max(float(np.linalg.norm(left + own)), 1e-300)),
         fit.rows,
         fit.laboratory.settings.blocks,
-        drawn={name: fit.refit[nominal.names[k]] for name, k in zip(known, index, strict=True)},
-        drawn_law='coulomb_viscous',
+        drawn=drawn,
+        drawn_law=drawn_law,
         slowest=float(np.quantile(speed, _TURNING)),
     )
+
+
+def _or_range(p: Parameter) -> Parameter:
+    """Return a parameter as a law has it: without a value where it is a range."""
+    return replace(p, value=np.nan) if NOT_IDENTIFIABLE in p.flags else p
 
 
 def _sigmas(p: Parameter) -> float:

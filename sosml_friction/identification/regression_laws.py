@@ -23,16 +23,14 @@ def with_regression(
     Return the fits with the laws of the regression, and friction by load beside them.
 
     * Of joints in which the weak form has no fit.
-    * Of those whose friction by load is shown: what the weak form, which has none, takes for a
-      Stribeck term is that.
-    * Beside refitted bodies, of all in which the weak form finds no Stribeck term: the regression
-      has none. Where one shows and its numbers are ranges, C and B may be as well, and a law
-      without it is no surer.
+    * Of those whose friction by load is shown, or whose effort repeats with position: the weak
+      form has neither, and takes them for a Stribeck term, or for C and B.
+    * Beside refitted bodies, of all in which the weak form finds no Stribeck term.
     """
     refitted = compared.refit is not None and bool(compared.refit.laws)
 
     def is_better(name: str, fits: Mapping[str, JointFit]) -> bool:
-        if WEAK_FORM not in fits or name in compared.loads:
+        if WEAK_FORM not in fits or name in compared.loads or name in compared.repeats:
             return True
         return refitted and 'stribeck' not in fits[WEAK_FORM].fit.drawn
 
