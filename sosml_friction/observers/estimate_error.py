@@ -27,6 +27,8 @@ _RESPONSE_S = 5.0
 #: settling time. Chosen: twice the slowest response, some 70 settling times of a fast observer.
 _SCATTER_S = 10.0
 _PER_SETTLING = 5
+#: How often it is measured anew in that time. Chosen, no measurement: it changes no faster.
+_TIMES = 20
 #: Relative standard deviation of 1.4826 times the median of n independent sizes, times sqrt(n).
 _MEDIAN_ERROR = 1.17
 #: Scatter that exceeds what white noise makes by more than this many of these is no chance.
@@ -76,6 +78,9 @@ class EstimateError:
         # The estimates of the last time, oldest first, one in ``stride`` samples.
         self._estimates = np.empty((0, self._n))
         self._stride = self._skipped = 0
+        # Their scatter, and how many times that of white noise it may be by chance.
+        self._scatter = np.zeros((2, self._n))
+        self._scattered_s = -math.inf
         self._value = np.full(self._n, np.nan)
         self._settling = np.full(self._n, np.nan)
         self._h = math.nan
@@ -105,6 +110,7 @@ class EstimateError:
         if self._samples and t_s < self._samples[-1][0]:
             self._samples.clear()
             self._estimates[:] = np.nan
+            self._scattered_s = -math.inf
             self._known_since[:] = np.nan
         self._samples.append((t_s, np.array(v), np.array(tau)))
         self._since += 1
@@ -147,7 +153,13 @@ class EstimateError:
         s_p = np.sqrt(inertia**2 @ s_v**2)
         by_effort, by_momentum = np.array(self._gains).T
         white = s_tau**2 * by_effort + s_p**2 * by_momentum + hidden**2
-        self._value[:] = self._beyond_white(np.sqrt(np.where(white > 0.0, white, np.nan)))
+        white = np.sqrt(np.where(white > 0.0, white, np.nan))
+        now = self._samples[-1][0]
+        if not now - self._scattered_s < _SCATTER_S / _TIMES:
+            self._scattered_s = now
+            self._measure_scatter()
+        scatter, chance = self._scatter
+        self._value[:] = np.where(scatter > chance * white, scatter, white)
 
     def _noise(self, column: int) -> tuple[FloatArray, FloatArray]:
         """Return the noise of a column (n,), and what of its resolution no noise dithers (n,)."""
@@ -156,17 +168,16 @@ class EstimateError:
         rounding = np.where(finest < np.inf, finest / math.sqrt(12.0), 0.0)
         return np.maximum(noise, rounding), np.where(noise < 0.5 * finest, rounding, 0.0)
 
-    def _beyond_white(self, white: FloatArray) -> FloatArray:
-        """Return the error (n,), that of white noise unless the estimate scatters more."""
+    def _measure_scatter(self) -> None:
+        """Measure how much the estimate scatters, and how much more than white noise is chance."""
         e, lag = self._estimates, _PER_SETTLING
         bend = np.abs(e[2 * lag :] - 2.0 * e[lag:-lag] + e[: -2 * lag])
-        count = np.isfinite(bend).sum(axis=0)
-        scatter = np.full(self._n, np.nan)
-        for i in np.flatnonzero(count).tolist():
-            own = bend[:, i]
-            scatter[i] = 1.4826 * np.median(own[np.isfinite(own)]) / math.sqrt(6.0)
-        chance = 1.0 + _SURE * _MEDIAN_ERROR * np.sqrt(lag / np.maximum(count, 1))
-        return np.where(scatter > chance * white, scatter, white)
+        for i in range(self._n):
+            own = bend[np.isfinite(bend[:, i]), i]
+            if len(own):
+                scatter = 1.4826 * np.median(own) / math.sqrt(6.0)
+                chance = 1.0 + _SURE * _MEDIAN_ERROR * math.sqrt(lag / len(own))
+                self._scatter[:, i] = scatter, chance
 
     def _response(self, h: float, joint: int) -> FloatArray:
         """Return the response to an impulse; empty where the observer has no filter."""
