@@ -288,7 +288,9 @@ def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:
 
 def _or_range(p: Parameter) -> Parameter:
     """Return a parameter as a law has it: without a value where it is a range."""
-    return replace(p, value=np.nan) if NOT_IDENTIFIABLE in p.flags else p
+    if NOT_IDENTIFIABLE not in p.flags:
+        return p
+    return replace(p, value=np.nan, reason='known together only, each as a range')
 
 
 def _sigmas(p: Parameter) -> float:

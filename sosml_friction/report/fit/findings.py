@@ -262,10 +262,13 @@ def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
     for first, second in itertools.pairwise(view.fits.values()):
         apart = excluding(first.fit.parameters, second.fit.parameters)
         if apart:
+            why = ''
+            if second.observer == REGRESSION:
+                why = ': only the latter has bodies, friction by load or cogging fitted beside it'
             yield (
                 BETWEEN,
                 f'{observer_label(first.observer)} and {observer_label(second.observer)} differ '
-                f'by more than their 95 % intervals in {", ".join(apart)}.',
+                f'by more than their 95 % intervals in {", ".join(apart)}{why}.',
             )
     if view.fits and view.unavailable:
         yield '', f'{view.unavailable}.'
