@@ -458,7 +458,9 @@ class Plausibility:
         self._frozen_q = np.where(self._standing & apart, q[-1], self._frozen_q)
         # A velocity of which only the zeros are seen is that of a joint that creeps.
         self._frozen_v = np.where(steady & apart & self._moving, v[-1], self._frozen_v)
-        self._found |= bool(apart.any())
+        # Not for two numbers apart: nothing is frozen then, and the evidence of the longer look
+        # must not be forgotten with the finding.
+        self._found |= bool((np.isfinite(self._frozen_q) | np.isfinite(self._frozen_v)).any())
         if t_s - samples[0].t_s >= 0.99 * _LONG_S and t_s - self._looked_far_s >= _LONG_LOOK_S:
             self._looked_far_s = t_s
             speeds = np.array([sample.v for sample in samples])

@@ -222,6 +222,20 @@ def test_no_wrong_number_stands_unmarked_for_a_tenth_of_a_second(robot, good, us
     assert not wrong[after].any()
 
 
+@pytest.mark.parametrize('factor', [3.0, -1.0, 0.3, 0.1])
+def test_a_velocity_that_is_another_than_the_change_of_position_is_told(robot, good, factor):
+    """Below the limits of the URDF: v x3 was used for as long as it lasted, as was v x -1."""
+    bad = changed(good)
+    bad.q[:] = good.q[0] + 0.5 * (good.q - good.q[0])
+    bad.v[:] *= 0.5
+    bad.v[FAULTY] *= factor
+    estimates, _, causes = run(robot, bad)
+    seen = [k for k, cause in enumerate(causes) if 'by more than half' in ' '.join(cause.values())]
+    assert seen[0] < FAULTY.start + 0.6 * HZ
+    assert len(seen) > 0.6 * (END - BEGIN) * HZ
+    assert np.isnan(estimates[seen]).all()
+
+
 def test_an_effort_that_is_0_from_the_start_is_not_known_even_at_rest(robot, good):
     still = changed(good)
     still.q[:], still.v[:], still.tau[:, 0] = good.q[0], 0.0, 0.0
