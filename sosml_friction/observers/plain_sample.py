@@ -4,7 +4,7 @@
 
 import math
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.compiled import compiled
 
 
@@ -18,8 +18,6 @@ def take_plain_sample(
     place: FloatArray,
     spans: FloatArray,
     steps: FloatArray,
-    zeros: IndexArray,
-    ever: BoolArray,
 ) -> bool:
     """
     Remember a sample that is within all limits, can be reached and has no zero among its efforts.
@@ -35,13 +33,11 @@ def take_plain_sample(
     :param spans: since that was trusted, of a frame of a servo, and what is granted to stamps that
         bunch, (3,) [s].
     :param steps: the smallest step of each position that was seen, (n,); written.
-    :param zeros: how many efforts were 0.0 in a row, (n,); written.
-    :param ever: whether effort was something else, (n,); written.
     """
     n = len(steps)
     for i in range(n):
         q, v, tau = sample[0, i], sample[1, i], sample[2, i]
-        if not (math.isfinite(q) and math.isfinite(v)) or tau == 0.0 or abs(tau) > ranges[0, i]:
+        if not (math.isfinite(q) and math.isfinite(v)) or tau == 0.0 or abs(tau) >= ranges[0, i]:
             return False
         if abs(v) > ranges[1, i] or q < ranges[2, i] or q > ranges[3, i]:
             return False
@@ -57,9 +53,6 @@ def take_plain_sample(
         sample[3, i] = last[3, i] + (0.5 * elapsed_s) * (last[1, i] + sample[1, i])
         if q != place[0, i]:
             place[0, i], place[1, i] = q, t_s
-        zeros[i] = 0
-        # NaN is no effort that was something else.
-        ever[i] |= sample[2, i] == sample[2, i]
     return True
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.model.robot import Robot
+from sosml_friction.observers.constant_effort import ConstantEffort
 from sosml_friction.observers.plain_sample import take_friction, take_plain_sample
 from sosml_friction.observers.signal_noise import seen_noise
 
@@ -109,8 +110,9 @@ class Plausibility:
     * Rest against effort: a position exactly constant while more than twice the friction that was
       seen in motion would have to hold the joint, or to have stopped it: a frozen encoder, a brake
       or a stop.
-    * Effort exactly 0.0: not measured, unless it was something else before and the joint rests,
-      or the joint is ``passive``.
+    * Effort constant to the last bit: at 0.0 not measured, unless it was something else before
+      and the joint rests, or the joint is ``passive``; at another value hung or saturated, where
+      it was never so long the same in motion and the motion needs another.
 
     What was judged wrong is right again as soon as the evidence ends. Samples that are not finite
     pass: the estimator knows what to do with them.
@@ -154,7 +156,7 @@ class Plausibility:
         self._passive = [name in passive for name in robot.names]
         #: The smallest step of each position that was seen, coarse before one was [rad or m].
         self.steps = np.array([_COARSE[unit] for unit in robot.effort_units])
-        self._ever = np.zeros(n, dtype=bool)
+        self._constant = ConstantEffort(self._passive)
         self._friction = [0.0] * n
         #: What a joint at rest holds against at most; infinite before friction in motion is known.
         self._most = np.full(n, np.inf)
@@ -168,7 +170,7 @@ class Plausibility:
         # Compile now: at the second sample it would stall the node.
         nothing = np.full((4, n), np.nan)
         take_plain_sample(
-            0.0, nothing, nothing, 0.0, self._limits, nothing[:2], self._spans, *self._learnt
+            0.0, nothing, nothing, 0.0, self._limits, nothing[:2], self._spans, self.steps
         )
         still = self._moving, self._standing, self._most, 0.0, False, _STOP_S
         take_friction(nothing[0], *still, nothing[0], self._greatest, self._beyond_s, nothing[0])
@@ -178,9 +180,7 @@ class Plausibility:
         n = len(self.names)
         self._history: deque[_Sample] = deque()
         self._looked_s = self._looked_far_s = -math.inf
-        self._zero_since = [math.nan] * n
-        self._zeros = np.zeros(n, dtype=np.int64)
-        self._learnt = self.steps, self._zeros, self._ever
+        self._constant.reset()
         #: By joint: the value at which position or velocity stands, NaN where not judged so.
         self._frozen_q = np.full(n, np.nan)
         self._frozen_v = np.full(n, np.nan)
@@ -209,6 +209,7 @@ class Plausibility:
         if self._history and t_s < self._history[-1].t_s:
             self.reset()
         seen = v if self._uses_velocity else self._still
+        self._constant.take(t_s, tau)
         if self._is_plain(t_s, q, seen, tau):
             if math.isnan(self._started_s):
                 self._started_s = t_s
@@ -224,7 +225,7 @@ class Plausibility:
                 self._looked_s = t_s
                 self._look(t_s)
         whole |= self._judge_agreement(t_s, q, seen, causes)
-        tau = self._judge_zero(t_s, tau, causes)
+        tau = self._constant.judge(t_s, tau, self._moving.tolist(), causes)
         if whole:
             q = np.full(len(q), np.nan)
             self._started_s = math.nan
@@ -237,6 +238,7 @@ class Plausibility:
         history, trusted = self._history, self._trusted
         if (
             self._found
+            or self._constant.hangs
             or self._doubted
             or trusted is None
             or not history
@@ -261,19 +263,21 @@ class Plausibility:
             self._limits,
             trusted.rows,
             spans,
-            *self._learnt,
+            self.steps,
         ):
             return False
         self._trusted = _Place(t_s, trusted.rows)
         self._append(_Sample(t_s, rows))
         return True
 
-    def learn(self, estimate: FloatArray) -> None:
+    def learn(self, estimate: FloatArray, error: FloatArray) -> None:
         """
         Take the friction that was estimated from the sample judged last.
 
         :param estimate: tau_f (n,) [Nm or N], NaN where not known.
+        :param error: its standard error (n,), NaN where not known.
         """
+        self._constant.learn(estimate, error)
         if len(self._history) < 2 or math.isnan(self._started_s):
             return
         last = self._history[-1]
@@ -299,14 +303,15 @@ class Plausibility:
         self, tau: FloatArray, causes: dict[int, str], remarks: dict[int, str]
     ) -> FloatArray:
         # Plain floats, here and below: NumPy takes several times as long over a few joints.
-        beyond = [i for i, x in enumerate(tau.tolist()) if abs(x) > self._told[i]]
+        beyond = [i for i, x in enumerate(tau.tolist()) if abs(x) >= self._told[i] < math.inf]
         if not beyond:
             return tau
         tau = np.array(tau, dtype=float)
         for i in beyond:
             said = (
                 f'effort {tau[i]:.3g} {self._units[i][1]} where the URDF limits it to '
-                f'{self._stated[i].effort:.3g}: check its unit and its cable, or correct the limit'
+                f'{self._stated[i].effort:.3g}: check its unit and its cable, or correct the '
+                'limit; or it is saturated, and the torque is another'
             )
             if abs(tau[i]) > self._most_effort[i]:
                 causes[i], tau[i] = said, np.nan
@@ -429,6 +434,7 @@ class Plausibility:
         room = np.ptp(q, axis=0)
         self._moving = room > _STEPS * np.array(self.steps) + 4.0 * noise
         self._standing = (room == 0.0) & enough
+        self._constant.look(t_s, self._moving)
         for joint, recent_friction in enumerate(self._recent):
             recent_friction.append(float(self._greatest[joint]))
             if not self._moving[joint]:
@@ -454,7 +460,9 @@ class Plausibility:
             return
         v = np.array([sample.v for sample in recent])
         steady = np.ptp(v, axis=0) == 0.0
-        apart = self._apart(recent, v, noise)
+        # An offset of a velocity is granted only where one of the two is alive.
+        alive = ~(self._standing & steady & (v[-1] != 0.0))
+        apart = self._apart(recent, v, noise, _OFFSET * alive)
         self._frozen_q = np.where(self._standing & apart, q[-1], self._frozen_q)
         # A velocity of which only the zeros are seen is that of a joint that creeps.
         self._frozen_v = np.where(steady & apart & self._moving, v[-1], self._frozen_v)
@@ -464,7 +472,7 @@ class Plausibility:
         if t_s - samples[0].t_s >= 0.99 * _LONG_S and t_s - self._looked_far_s >= _LONG_LOOK_S:
             self._looked_far_s = t_s
             speeds = np.array([sample.v for sample in samples])
-            wrong = self._apart(samples, speeds, noise)
+            wrong = self._apart(samples, speeds, noise, _OFFSET)
             self._apart_until = np.where(wrong, t_s + _LONG_S, self._apart_until)
             self._apart_last = float(np.max(self._apart_until))
 
@@ -499,7 +507,9 @@ class Plausibility:
         doubt = inertia[joint] * 2.0 * self.steps[joint] / (span * d)
         return bool(abs(friction) > _BREAKAWAY * self._friction[joint] + doubt)
 
-    def _apart(self, samples: list[_Sample], v: FloatArray, noise: FloatArray) -> BoolArray:
+    def _apart(
+        self, samples: list[_Sample], v: FloatArray, noise: FloatArray, offset: FloatArray | float
+    ) -> BoolArray:
         """Tell where the way by positions and the way by velocities differ by more than half."""
         by_q = samples[-1].q - samples[0].q
         by_v = samples[-1].travel - samples[0].travel
@@ -507,7 +517,7 @@ class Plausibility:
         granted = (
             0.5 * np.maximum(np.abs(by_q), np.abs(by_v))
             + _LAG_S * np.ptp(v, axis=0)
-            + _OFFSET * speed * (samples[-1].t_s - samples[0].t_s)
+            + offset * speed * (samples[-1].t_s - samples[0].t_s)
             + _STEPS * np.array(self.steps)
             + 4.0 * noise
         )
@@ -546,36 +556,6 @@ class Plausibility:
                     'parameter velocity_source to position_difference'
                 )
         return bool(frozen_q.any() or frozen_v.any() or apart.any())
-
-    def _judge_zero(self, t_s: float, tau: FloatArray, causes: dict[int, str]) -> FloatArray:
-        used = tau
-        for i, effort in enumerate(tau.tolist()):
-            if effort != 0.0:
-                self._zeros[i] = 0
-                # NaN is no effort that was something else.
-                self._ever[i] |= effort == effort
-                continue
-            if not self._zeros[i]:
-                self._zero_since[i] = t_s
-            self._zeros[i] += 1
-            moving = bool(self._moving[i])
-            if (
-                self._passive[i]
-                or self._zeros[i] < _LEAST
-                or t_s - self._zero_since[i] < WINDOW_S
-                or (self._ever[i] and not moving)
-            ):
-                continue
-            if used is tau:
-                used = np.array(tau, dtype=float)
-            used[i] = np.nan
-            causes.setdefault(
-                i,
-                f'effort is exactly 0.0 {"while the joint moves" if moving else "since the start"}'
-                ': enable the actuator, or make its driver measure effort; a joint without an '
-                'actuator is named in parameter passive_joints',
-            )
-        return used
 
 
 def _place(before: _Place | None, t_s: float, q: FloatArray) -> _Place:

@@ -151,7 +151,6 @@ class WatchedEstimator:
         torque = self._correct(verdict.tau)
         estimates = self.estimator.update(t_ns, q_used, verdict.v, torque)
         assert estimates is not None
-        self._plausibility.learn(estimates[self.selected])
         events = self.estimator.events
         known = np.isfinite(estimates[self.selected])
         # Plain values: NumPy takes several times as long over a few joints.
@@ -166,6 +165,7 @@ class WatchedEstimator:
             self.estimator.inertia,
             estimates[self.selected],
         )
+        self._plausibility.learn(estimates[self.selected], error)
         remarks = {}
         if verdict.remarks:
             remarks = {self.names[i]: remark for i, remark in verdict.remarks.items()}

@@ -61,8 +61,8 @@ def test_verdicts_are_those_of_the_close_look(two_joints, monkeypatch, rate, use
                 np.testing.assert_array_equal(mine, other)
             assert ours[3:] == theirs[3:]
             estimate = sample[2] - 0.1
-            quick.learn(estimate)
-            close.learn(estimate)
+            quick.learn(estimate, np.full(2, 0.01))
+            close.learn(estimate, np.full(2, 0.01))
             np.testing.assert_array_equal(quick.steps, close.steps)
     # At 60 Hz each sample is looked at closely, and every sixth at 250 Hz.
     assert plain > (0 if rate == 60.0 else 800)

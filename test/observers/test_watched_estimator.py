@@ -236,6 +236,38 @@ def test_a_velocity_that_is_another_than_the_change_of_position_is_told(robot, g
     assert np.isnan(estimates[seen]).all()
 
 
+@pytest.mark.parametrize('value', [None, 8.0])
+def test_an_effort_that_hangs_or_is_saturated_is_told(robot, good, value):
+    """It was used for as long as it lasted, with errors of several Nm, as all but 0.0 was."""
+    bad = changed(good)
+    held('tau', value)(bad)
+    estimates, _, causes = run(robot, bad)
+    hangs = [k for k, c in enumerate(causes) if 'to the last bit' in c.get('shoulder', '')]
+    assert hangs == list(range(hangs[0], FAULTY.stop))
+    assert hangs[0] < FAULTY.start + 0.3 * HZ
+    assert np.isnan(estimates[hangs, 0]).all()
+    assert np.isfinite(estimates[hangs, 1]).all()
+    assert np.isfinite(estimates[FAULTY.stop + 1 :]).all()
+
+
+@pytest.mark.parametrize(('count', 'every'), [(0.5, 1), (0.0125, 25), (0.0, 50)])
+def test_an_effort_that_is_coarse_or_slow_does_not_hang(robot, good, count, every):
+    """One that is the same for 0.2 s at times, 0.0 among them, as it is on a slow plateau."""
+    slow = changed(good)
+    for x in (slow.q, slow.v, slow.true):
+        x[:] = x[0]
+    t = np.arange(len(slow.t_ns)) / HZ
+    slow.v[:] = np.where(np.arange(len(t)) // HZ % 2 == 0, 0.2, -0.2)[:, np.newaxis]
+    slow.q[:] = [-1.2, 1.2] + np.cumsum(slow.v, axis=0) / HZ
+    slow.true[:] = 0.6 * np.sign(slow.v)
+    tau = np.array([robot.gravity(q) for q in slow.q]) + slow.true
+    tau = np.repeat(tau[::every], every, axis=0)[: len(t)]
+    slow.tau[:] = np.round(tau / count) * count if count else tau
+    _, _, causes = run(robot, slow)
+    said = {text for cause in causes[1:] for text in cause.values()}
+    assert not said
+
+
 def test_an_effort_that_is_0_from_the_start_is_not_known_even_at_rest(robot, good):
     still = changed(good)
     still.q[:], still.v[:], still.tau[:, 0] = good.q[0], 0.0, 0.0
@@ -281,6 +313,22 @@ def test_a_second_publisher_that_sends_none_of_these_joints_changes_nothing(
         assert not any('two publishers' in cause for cause in taken.causes.values())
 
 
+def test_an_encoder_that_freezes_with_its_velocity_is_found_at_a_slow_speed(robot):
+    """A velocity was granted 4 % of its limit, here 0.12 rad/s: below it nothing was found."""
+    judge = Plausibility(robot)
+    rng = np.random.default_rng(7)
+    seen = []
+    for k in range(2 * HZ):
+        if k < HZ:
+            q = np.round((np.array([-1.2, 1.2]) + 0.05 * k / HZ) / 1.7e-4) * 1.7e-4
+            v = 0.05 + 1e-3 * rng.standard_normal(2)
+        tau = robot.gravity(q) + 0.5 + 1e-3 * rng.standard_normal(2)
+        seen.append('stands still' in judge.judge(k * 4_000_000, q, v, tau).causes.get(0, ''))
+    found = np.flatnonzero(seen)
+    assert HZ < found[0] <= 1.1 * HZ
+    assert found.tolist() == list(range(found[0], 2 * HZ))
+
+
 def test_slips_of_a_joint_that_sticks_are_no_frozen_encoder(robot):
     """Of 10 slips of 40 ms no friction in motion is known, and nothing is compared with it."""
     judge = Plausibility(robot)
@@ -292,7 +340,7 @@ def test_slips_of_a_joint_that_sticks_are_no_frozen_encoder(robot):
         q = q + v / HZ
         tau = robot.gravity(q) + [1.0, 0.3] + 1e-3 * rng.standard_normal(2)
         verdict = judge.judge(k * 4_000_000, q, v, tau)
-        judge.learn(np.array([1.0, 0.3]))
+        judge.learn(np.array([1.0, 0.3]), np.full(2, 0.01))
         assert not verdict.causes
 
 
@@ -305,7 +353,7 @@ def test_what_stops_a_joint_is_judged_by_the_corrected_effort(robot):
         v = np.full(2, 0.02 if k < 2 * HZ else 0.0)
         q = q + v / HZ
         verdict = judge.judge(k * 4_000_000, q, v, 4.0 * (robot.gravity(q) + friction))
-        judge.learn(friction)
+        judge.learn(friction, np.full(2, 0.01))
         assert not any('position' in cause for cause in verdict.causes.values())
 
 
