@@ -28,6 +28,12 @@ _EVENTS = {
     'backwards': 'the stamps of joint_states went back {n} times: a bag that loops, a clock that '
     'was set, or two publishers (ros2 topic info -v joint_states names them)',
 }
+_SLOW = (
+    'the driver measures at {hz:.3g} Hz: {repeats} of {count} messages in motion say the same as '
+    'the one before: publish each measurement once, with the stamp of its time'
+)
+#: Said from this share of repeats on: fewer are two clocks that drift apart. Chosen.
+_REPEATS = 0.1
 _ZERO = (
     'all stamps of joint_states are 0: make the driver stamp each message with the time of its '
     'measurement'
@@ -50,6 +56,7 @@ class _Estimate(NamedTuple):
     known: tuple[bool, ...]
     causes: Mapping[str, str]
     remarks: Mapping[str, str]
+    repeats: int | None
 
 
 class ObserverHealth:
@@ -79,11 +86,16 @@ class ObserverHealth:
         estimate: FloatArray,
         causes: Mapping[str, str],
         remarks: Mapping[str, str] = MappingProxyType({}),
+        repeats: int | None = None,
     ) -> None:
-        """Take the selected estimate (n,) of one sample, why it is NaN, and what else to tell."""
+        """
+        Take the selected estimate (n,) of one sample, why it is NaN, and what else to tell.
+
+        :param repeats: how many before one that is new said the same, of a motion; else None.
+        """
         self.heard(now_s, t_ns)
         known = tuple(map(math.isfinite, estimate.tolist()))
-        self._estimates.append(_Estimate(now_s, t_ns * 1e-9, known, causes, remarks))
+        self._estimates.append(_Estimate(now_s, t_ns * 1e-9, known, causes, remarks, repeats))
         self._totals['estimates'] += 1
 
     def heard(self, now_s: float, t_ns: int) -> None:
@@ -137,7 +149,7 @@ class ObserverHealth:
         troubles = [
             _EVENTS[kind].format(n=counts[kind], gap=gap_s) for kind in _EVENTS if counts[kind]
         ]
-        troubles += [self.topic_remark] if self.topic_remark else []
+        troubles += [text for text in (self._slow(values), self.topic_remark) if text]
         known = [said for said in joints if said.level == 'ok']
         level: Level = 'ok'
         text = f'observing {", ".join(self._joints)}'
@@ -151,6 +163,16 @@ class ObserverHealth:
         elif troubles:
             text = f'{text}; {"; ".join(troubles)}'
         return [Said('observers', level, text, values), *joints]
+
+    def _slow(self, values: Mapping[str, Any]) -> str:
+        """Return that messages come more often than measurements, or ''."""
+        new = [e.repeats for e in self._estimates if e.repeats is not None]
+        repeats = sum(new)
+        count = len(new) + repeats
+        if not repeats or repeats < _REPEATS * count:
+            return ''
+        hz = values['rate by stamps [Hz]'] * len(new) / count
+        return _SLOW.format(hz=hz, repeats=repeats, count=count)
 
     def _joint(self, i: int) -> Said:
         name, total = self._joints[i], len(self._estimates)

@@ -313,7 +313,7 @@ class ObserverNode(ProgramNode):
         selected = taken.estimates[watch.selected]
         if not self._has_estimated:
             self._has_estimated = bool(np.isfinite(selected).any())
-        self._health.estimated(now_s, t_ns, selected, taken.causes, taken.remarks)
+        self._health.estimated(now_s, t_ns, selected, taken.causes, taken.remarks, taken.repeats)
         for event in taken.events:
             self._health.event(now_s, event)
         if watch.estimator.maximum_gap_s != self._configuration.maximum_gap_s:

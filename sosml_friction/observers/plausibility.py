@@ -104,7 +104,8 @@ class Plausibility:
     * Limits: an effort beyond :data:`EXCESS` times the limit of the URDF is not used; a velocity
       beyond it, a position beyond its limits by :data:`BEYOND` of the range, or one that is
       reached faster than the limit of velocity allows, make the whole sample unusable: momentum
-      and weight of every joint need them. A limit that is not stated, or 0, judges nothing.
+      and weight of every joint need them. A position that leapt and stays is told until the past
+      is forgotten. A limit that is not stated, or 0, judges nothing.
     * Position against velocity: one of them exactly constant while the other says that the joint
       moves, or the two apart by more than half.
     * Rest against effort: a position exactly constant while more than twice the friction that was
@@ -172,7 +173,7 @@ class Plausibility:
         take_plain_sample(
             0.0, nothing, nothing, 0.0, self._limits, nothing[:2], self._spans, self.steps
         )
-        still = self._moving, self._standing, self._most, 0.0, False, _STOP_S
+        still = self.moving, self._standing, self._most, 0.0, False, _STOP_S
         take_friction(nothing[0], *still, nothing[0], self._greatest, self._beyond_s, nothing[0])
 
     def reset(self) -> None:
@@ -187,13 +188,16 @@ class Plausibility:
         self._apart_until = np.full(n, -math.inf)
         self._apart_last = -math.inf
         self._found = False
-        self._moving = np.zeros(n, dtype=bool)
+        #: Which joints moved when last looked at (n,).
+        self.moving = np.zeros(n, dtype=bool)
         self._standing = np.zeros(n, dtype=bool)
         self._stood_since = np.full(n, math.nan)
         self._beyond_s = np.zeros(n)
         self._spans = np.zeros(3)
         self._trusted: _Place | None = None
         self._doubted: list[_Place] = []
+        #: By joint whose position leapt and stayed: what is said.
+        self._leapt: dict[int, str] = {}
         self._started_s = math.nan
 
     def judge(self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray) -> Verdict:
@@ -213,7 +217,7 @@ class Plausibility:
         if self._is_plain(t_s, q, seen, tau):
             if math.isnan(self._started_s):
                 self._started_s = t_s
-            return Verdict(q, v, tau, {}, {})
+            return Verdict(q, v, tau, {}, self._leapt)
         causes: dict[int, str] = {}
         remarks: dict[int, str] = {}
         tau = self._judge_effort(tau, causes, remarks)
@@ -225,13 +229,13 @@ class Plausibility:
                 self._looked_s = t_s
                 self._look(t_s)
         whole |= self._judge_agreement(t_s, q, seen, causes)
-        tau = self._constant.judge(t_s, tau, self._moving.tolist(), causes)
+        tau = self._constant.judge(t_s, tau, self.moving.tolist(), causes)
         if whole:
             q = np.full(len(q), np.nan)
             self._started_s = math.nan
         elif math.isnan(self._started_s):
             self._started_s = t_s
-        return Verdict(q, v, tau, causes, remarks)
+        return Verdict(q, v, tau, causes, self._leapt | remarks)
 
     def _is_plain(self, t_s: float, q: FloatArray, v: FloatArray, tau: FloatArray) -> bool:
         """Take a sample that gives no cause to look closer, as nearly all are; tell if it is."""
@@ -283,7 +287,7 @@ class Plausibility:
         last = self._history[-1]
         self._found |= take_friction(
             estimate,
-            self._moving,
+            self.moving,
             self._standing,
             self._most,
             min(last.t_s - self._history[-2].t_s, WINDOW_S),
@@ -366,8 +370,16 @@ class Plausibility:
                 return True
         before = self._trusted
         if self._doubted:
+            first, before = self._doubted[0], self._doubted[-1]
+            leapt = ~self._reachable(self._trusted, first.t_s, first.q)
+            # What went back is at no place that can be reached from there.
+            for i in np.flatnonzero(leapt & self._reachable(before, t_s, q)).tolist():
+                self._leapt[i] = (
+                    f'position leapt by {first.q[i] - self._trusted.q[i]:.3g} '
+                    f'{self._units[i][0]} and stayed: if its zero moved, so did gravity; check '
+                    'the encoder, then call ~/reset'
+                )
             self._forget()
-            before = self._doubted[-1]
         self._trusted, self._doubted = _place(before, t_s, q), []
         return False
 
@@ -432,12 +444,12 @@ class Plausibility:
         q = np.array([sample.q for sample in recent])
         noise = seen_noise(q)[1] if len(q) > 2 else np.zeros(q.shape[1])
         room = np.ptp(q, axis=0)
-        self._moving = room > _STEPS * np.array(self.steps) + 4.0 * noise
+        self.moving = room > _STEPS * np.array(self.steps) + 4.0 * noise
         self._standing = (room == 0.0) & enough
-        self._constant.look(t_s, self._moving)
+        self._constant.look(t_s, self.moving)
         for joint, recent_friction in enumerate(self._recent):
             recent_friction.append(float(self._greatest[joint]))
-            if not self._moving[joint]:
+            if not self.moving[joint]:
                 recent_friction.clear()
             # One more has begun.
             if len(recent_friction) > WINDOW_S / _LOOK_S + 1.0:
@@ -465,7 +477,7 @@ class Plausibility:
         apart = self._apart(recent, v, noise, _OFFSET * alive)
         self._frozen_q = np.where(self._standing & apart, q[-1], self._frozen_q)
         # A velocity of which only the zeros are seen is that of a joint that creeps.
-        self._frozen_v = np.where(steady & apart & self._moving, v[-1], self._frozen_v)
+        self._frozen_v = np.where(steady & apart & self.moving, v[-1], self._frozen_v)
         # Not for two numbers apart: nothing is frozen then, and the evidence of the longer look
         # must not be forgotten with the finding.
         self._found |= bool((np.isfinite(self._frozen_q) | np.isfinite(self._frozen_v)).any())

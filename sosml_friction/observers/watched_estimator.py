@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.observers.dissipation import Dissipation
 from sosml_friction.observers.estimate_error import EstimateError
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.observer import Observer
@@ -34,6 +35,9 @@ _KEPT = 61
 #: their median; never below the least, at which most streams run [s]. Chosen, no measurement.
 _INTERVALS = 10
 _GAP = 3.0
+#: A position that is new by more steps than this after samples that say the same was measured
+#: late; by one step it may be that of a coarse encoder.
+_NEW = 1.5
 LEAST_GAP_S = 0.05
 
 
@@ -47,6 +51,8 @@ class Watched:
     :param causes: by joint, why its estimate is not known.
     :param remarks: by joint, what is to be told of an estimate that is known.
     :param events: what happened to the stream at this sample: gap, repeated, backwards.
+    :param repeats: of a sample of a motion that says something new: how many before it said the
+        same; None for another.
     """
 
     estimates: dict[str, FloatArray] = field(default_factory=dict)
@@ -54,6 +60,7 @@ class Watched:
     causes: dict[str, str] = field(default_factory=dict)
     remarks: dict[str, str] = field(default_factory=dict)
     events: tuple[str, ...] = ()
+    repeats: int | None = None
 
 
 class WatchedEstimator:
@@ -92,6 +99,10 @@ class WatchedEstimator:
         self._last_ns: int | None = None
         self._source: Hashable = None
         self._positions: deque[FloatArray] = deque(maxlen=_KEPT)
+        self._dissipation = Dissipation(estimator.robot.n)
+        self._said: tuple[bytes, ...] = ()
+        self._said_q = np.full(estimator.robot.n, np.nan)
+        self._repeats = 0
         #: Whether joint_states has more publishers than this stream alone explains.
         self.several = False
         self._turns: list[float] = []
@@ -112,6 +123,7 @@ class WatchedEstimator:
         """Forget the past: the next sample starts the observers."""
         self.estimator.reset()
         self._plausibility.reset()
+        self._dissipation.reset()
         self._last_ns = None
 
     def update(
@@ -166,10 +178,30 @@ class WatchedEstimator:
             estimates[self.selected],
         )
         self._plausibility.learn(estimates[self.selected], error)
+        self._dissipation.take(
+            t_ns * 1e-9,
+            self.estimator.velocity,
+            estimates[self.selected],
+            error,
+            torque,
+            self._plausibility.moving,
+        )
         remarks = {}
-        if verdict.remarks:
-            remarks = {self.names[i]: remark for i, remark in verdict.remarks.items()}
-        return Watched(estimates, error, causes, remarks, events)
+        if verdict.remarks or self._dissipation.remarks:
+            found = self._dissipation.remarks | verdict.remarks
+            remarks = {self.names[i]: remark for i, remark in found.items()}
+        return Watched(estimates, error, causes, remarks, events, self._count_repeats(q, v, tau))
+
+    def _count_repeats(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> int | None:
+        """Return how many samples said the same before one that is new; None if this is none."""
+        said = q.tobytes(), v.tobytes(), tau.tobytes()
+        if said == self._said:
+            self._repeats += 1
+            return None
+        new = np.abs(q - self._said_q) > _NEW * self._plausibility.steps
+        repeats = self._repeats if new.any() else 0
+        self._said, self._said_q, self._repeats = said, q, 0
+        return repeats if self._plausibility.moving.any() else None
 
     def _explain(
         self,

@@ -329,6 +329,95 @@ def test_an_encoder_that_freezes_with_its_velocity_is_found_at_a_slow_speed(robo
     assert found.tolist() == list(range(found[0], 2 * HZ))
 
 
+def remarks_of(robot, stream) -> list[str]:
+    """Return what is told of the shoulder, sample by sample, '' where nothing is."""
+    watch = watched(robot)
+    rows = zip(stream.t_ns, stream.q, stream.v, stream.tau, strict=True)
+    return [watch.update(int(t), *sample).remarks.get('shoulder', '') for t, *sample in rows]
+
+
+@pytest.mark.parametrize(
+    'change',
+    [
+        lambda x: scaled('tau', -1.0)(x),
+        lambda x: scaled('tau', 0.4)(x),
+        lambda x: x.tau.__setitem__((FAULTY, 0), x.tau[FAULTY, 1]),
+    ],
+    ids=['sign', 'scale', 'of another joint'],
+)
+def test_friction_that_gives_energy_is_told(robot, good, change):
+    """None of the three was: the number was given, OK, with an error of the size of gravity."""
+    bad = changed(good)
+    change(bad)
+    told = [k for k, text in enumerate(remarks_of(robot, bad)) if 'takes energy' in text]
+    assert told
+    # Of the last second of motion: so long it may stand after the fault as well.
+    assert FAULTY.start < told[0]
+    assert told[-1] <= FAULTY.stop + 1.2 * HZ
+
+
+@pytest.mark.parametrize('off', [0.95, 1.05])
+@pytest.mark.parametrize('speed', [0.3, 1.0, 8.0])
+def test_friction_of_a_model_that_is_off_by_a_twentieth_takes_energy(robot, good, off, speed):
+    """A joint of little friction, lifted, let down and shaken at 3 Hz; two seconds each."""
+    stream = changed(good)
+    t = np.arange(len(stream.t_ns)) / HZ * speed
+    phase = np.array([[0.0, 1.0]]) + 2.0 * np.pi * np.outer(t, [0.4, 0.4])
+    swing, rate = np.array([0.5, 0.5]) / max(1.0, speed), 2.0 * np.pi * 0.4 * speed
+    stream.q[:] = np.array([-1.0, 1.2]) + swing * np.sin(phase)
+    v, a = swing * rate * np.cos(phase), -swing * rate**2 * np.sin(phase)
+    noise = np.random.default_rng(9).standard_normal((2, *v.shape))
+    stream.v[:] = v + 2e-3 * noise[0]
+    nominal = np.array([robot.inverse_dynamics(*x) for x in zip(stream.q, v, a, strict=True)])
+    stream.tau[:] = off * nominal + 0.1 * np.sign(v) + 0.01 * noise[1]
+    assert not any('takes energy' in text for text in remarks_of(robot, stream))
+
+
+def test_a_position_that_leapt_and_stays_is_told_until_a_reset(robot, good):
+    bad = changed(good)
+    bad.q[FAULTY.start :, 0] += 0.4
+    told = remarks_of(robot, bad)
+    assert 'position leapt by 0.4' in told[-1]
+    assert not any('leapt' in text for text in told[: FAULTY.start])
+    watch = watched(robot)
+    for k in range(FAULTY.stop):
+        watch.update(int(bad.t_ns[k]), bad.q[k], bad.v[k], bad.tau[k])
+    watch.reset()
+    for k in range(FAULTY.stop, FAULTY.stop + HZ // 2):
+        taken = watch.update(int(bad.t_ns[k]), bad.q[k], bad.v[k], bad.tau[k])
+    assert not taken.remarks
+
+
+def repeats_said(robot, good, every) -> str:
+    """Return what is said where each measurement is published ``every`` times."""
+    watch, health = watched(robot), ObserverHealth(JOINTS)
+    for k in range(3 * HZ):
+        measured = k // every * every
+        sample = (x[measured] for x in (good.q, good.v, good.tau))
+        taken = watch.update(int(good.t_ns[k]), *sample)
+        estimate = taken.estimates['sosml']
+        health.estimated(k / HZ, int(good.t_ns[k]), estimate, {}, {}, taken.repeats)
+    said = health.judge(3.0, 0.05)[0]
+    return said.message if said.level == 'warn' else ''
+
+
+@pytest.mark.parametrize('every', [2, 4, 10])
+def test_a_driver_that_measures_less_often_than_it_publishes_is_told(robot, good, every):
+    said = repeats_said(robot, good, every)
+    hz = float(said.split('measures at ')[1].split(' Hz')[0])
+    assert hz == pytest.approx(HZ / every, rel=0.05)
+
+
+def test_a_driver_that_publishes_what_it_measures_is_not_told_to(robot, good):
+    assert not repeats_said(robot, good, 1)
+    coarse = changed(good)
+    step = 2.0 * np.pi / 1024.0
+    coarse.q[:] = np.round(coarse.q / step) * step
+    coarse.v[:] = np.round(coarse.v / 0.2) * 0.2
+    coarse.tau[:] = np.round(coarse.tau)
+    assert not repeats_said(robot, coarse, 1)
+
+
 def test_slips_of_a_joint_that_sticks_are_no_frozen_encoder(robot):
     """Of 10 slips of 40 ms no friction in motion is known, and nothing is compared with it."""
     judge = Plausibility(robot)
