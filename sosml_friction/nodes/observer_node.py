@@ -97,6 +97,8 @@ class ObserverNode(ProgramNode):
         self._health = ObserverHealth(())
         #: By the length of a message; and all lists of names that were heard.
         self._forms: dict[int, JointStateForm] = {}
+        #: By the names of a message: how those of joints that are held are read, if it has any.
+        self._held_forms: dict[tuple[str, ...], JointStateForm] = {}
         self._names: set[tuple[str, ...]] = set()
         self._unusable = {'joints': 0, 'effort': 0, 'velocity': 0}
         self._has_estimated = False
@@ -292,6 +294,7 @@ class ObserverNode(ProgramNode):
         if form is None or not form.fits(cdr):
             cdr = plain(cdr)
             form = self._form(cdr)
+        self._see_held(watch, form, cdr)
         if not form.is_known:
             self._health.others(now_s, form.names)
             self._count_unusable(
@@ -333,6 +336,16 @@ class ObserverNode(ProgramNode):
             self._selected_output.publish(message(selected))
         if self._error_output.get_subscription_count():
             self._error_output.publish(message(taken.error))
+
+    def _see_held(self, watch: WatchedEstimator, form: JointStateForm, cdr: bytes) -> None:
+        """Take where held joints are: a gripper may tell in a message of its own."""
+        names = [name for name in watch.held.names if name in form.names]
+        if not names:
+            return
+        own = self._held_forms.get(form.names)
+        if own is None or not own.fits(cdr):
+            own = self._held_forms[form.names] = JointStateForm(cdr, names)
+        watch.held.see(dict(zip(names, own.read(cdr)[1][0].tolist(), strict=True)))
 
     def _form(self, cdr: bytes) -> JointStateForm:
         """Return the form of a message, one of those that came last or a new one."""

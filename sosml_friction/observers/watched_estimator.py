@@ -16,6 +16,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.dissipation import Dissipation
 from sosml_friction.observers.estimate_error import EstimateError
 from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.held_joints import HeldJoints
 from sosml_friction.observers.observer import Observer
 from sosml_friction.observers.plausibility import EXCESS, Plausibility
 from sosml_friction.observers.signal_noise import difference_noise
@@ -99,6 +100,8 @@ class WatchedEstimator:
         self._last_ns: int | None = None
         self._source: Hashable = None
         self._positions: deque[FloatArray] = deque(maxlen=_KEPT)
+        #: Of joints that the model has not, but joint_states may.
+        self.held = HeldJoints(estimator.robot)
         self._dissipation = Dissipation(estimator.robot.n)
         self._said: tuple[bytes, ...] = ()
         self._said_q = np.full(estimator.robot.n, np.nan)
@@ -163,6 +166,10 @@ class WatchedEstimator:
         torque = self._correct(verdict.tau)
         estimates = self.estimator.update(t_ns, q_used, verdict.v, torque)
         assert estimates is not None
+        for i, cause in self.held.causes.items():
+            causes.setdefault(self.names[i], cause)
+            for estimate in estimates.values():
+                estimate[i] = np.nan
         events = self.estimator.events
         known = np.isfinite(estimates[self.selected])
         # Plain values: NumPy takes several times as long over a few joints.
@@ -178,6 +185,7 @@ class WatchedEstimator:
             estimates[self.selected],
         )
         self._plausibility.learn(estimates[self.selected], error)
+        self.held.look(t_ns * 1e-9, q, error)
         self._dissipation.take(
             t_ns * 1e-9,
             self.estimator.velocity,

@@ -315,6 +315,29 @@ def test_what_is_wrong_is_nan_and_told_and_ends(ros, urdf_path, start_node):
     assert np.isfinite(received[-1].effort).all()
 
 
+def test_a_joint_that_is_held_and_moves_makes_what_carries_it_unknown(ros, urdf_path, start_node):
+    """Its weight passed for friction of the shoulder: 1.4 Nm with an error of 0.03, and OK."""
+    diagnostics = ros.collect(DiagnosticArray, '/diagnostics', 10)
+    received = ros.collect(JointState, 'friction_estimate', JOINT_STATES)
+    output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
+    parameters = (f'urdf_path:={urdf_path}', 'armature:=[0.1]', 'joints:=[shoulder]')
+    start_node('observer_node', *parameters)
+    ros.spin_until(lambda: output.get_subscription_count() == 1)
+    count = iter(range(10**6))
+
+    def told() -> bool:
+        for _ in range(10):
+            k = next(count)
+            state = message(k)
+            state.effort[0] += 0.1 * np.cos(50.0 * k)
+            output.publish(state)
+        return bool(diagnostics) and 'joint elbow is at' in statuses(diagnostics)['shoulder'][1]
+
+    ros.spin_until(told)
+    assert np.isfinite([state.effort[0] for state in received]).any()
+    assert np.isnan(received[-1].effort[0])
+
+
 def test_a_best_effort_publisher_is_followed(ros, urdf_path, start_node):
     loose = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
     output = ros.node.create_publisher(JointState, 'joint_states', loose)
