@@ -15,6 +15,9 @@ from sosml_friction.model.urdf_joints import read_joints
 from sosml_friction.nodes.parameters import ParameterSpec
 from sosml_friction.share import share_directory
 
+#: The robot of the model that is taken where none is stated, as its URDF names it.
+_EXOSKELETON = 'exoskeleton'
+
 #: For every node that can do without a model.
 WITHOUT_MODEL = (
     ParameterSpec(
@@ -79,15 +82,23 @@ class StatedModel:
         :raises ConfigurationError: if the URDF cannot be used with the model.
         """
         assert self.model is not None
+        expects = self._is_default and not self._armature
         try:
-            return self.model.held_where_measured(measured or {}, urdf).make_robot(urdf)
+            robot = self.model.held_where_measured(measured or {}, urdf).make_robot(urdf)
+            # Joints of the same names are not enough: the rotors would be another robot's.
+            if expects and robot.robot_name != _EXOSKELETON:
+                raise ConfigurationError(
+                    f'the URDF is of robot {robot.robot_name!r}, whose armature the model of the '
+                    'exoskeleton does not have: correct the URDF'
+                )
         except ConfigurationError as error:
-            if self._armature or not self._is_default:
+            if not expects:
                 raise
             raise ConfigurationError(
                 f'{error}, or set parameter model: without it the exoskeleton is expected; or set '
                 'parameter armature, and the robot is that of robot_description'
             ) from error
+        return robot
 
     def _with_armature(self, model: RobotModelFile) -> RobotModelFile:
         if not self._armature:
