@@ -13,6 +13,7 @@ from typing import Any
 
 import can
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.srv import ChangeState
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.time import Time
 from sensor_msgs.msg import JointState, Temperature
@@ -150,6 +151,24 @@ class DriverNode(LifecycleNode):
         self._ended = ''
         self._stamps: StampConverter | None = None
         self._entities: list[tuple[Any, Any]] = []
+        # rclpy raises out of the callback where a transition does not fit, which ends the program.
+        self._transit = self._service_change_state.callback
+        self._service_change_state.callback = self._on_change_state
+
+    def _on_change_state(
+        self, request: ChangeState.Request, response: ChangeState.Response
+    ) -> ChangeState.Response:
+        """Answer a request; one that does not fit the state fails, as it does in C++."""
+        _, state = self._state_machine.current_state
+        fits = {ident: label for ident, label, *_ in self._state_machine.available_transitions}
+        if request.transition.label or request.transition.id in fits:
+            return self._transit(request, response)
+        self.get_logger().warning(
+            f'transition {request.transition.id} does not fit the state {state}: ask for one of '
+            f'{", ".join(f"{label} ({ident})" for ident, label in fits.items()) or "none"}'
+        )
+        response.success = False
+        return response
 
     def autostart(self) -> None:
         """

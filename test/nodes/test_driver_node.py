@@ -219,6 +219,12 @@ def test_lifecycle_and_a_lost_bus(chain):
         return answer is None or answer.success
 
     assert state() == 'unconfigured'
+    # What does not fit ended the program with a trace.
+    for wrong in (Transition.TRANSITION_ACTIVATE, Transition.TRANSITION_CLEANUP, 99):
+        request = ChangeState.Request(transition=Transition(id=wrong))
+        assert not ros.call(ChangeState, 'driver_node/change_state', request).success
+    assert f'transition {Transition.TRANSITION_CLEANUP} does not fit the state' in driver.output
+    assert state() == 'unconfigured'
     assert change(Transition.TRANSITION_CONFIGURE, 'inactive')
     assert not chain.ask_to_enable().success
     plant = chain.fresh('emulator_node: shoulder')
