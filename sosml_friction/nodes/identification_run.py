@@ -13,12 +13,17 @@ from sensor_msgs.msg import JointState
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.model.robot import Robot
 from sosml_friction.motion.trajectory import Trajectory
 
 #: Time that is recorded after the end of the trajectory [s]. Chosen, no measurement.
 SETTLE_S = 0.5
 #: By when the driver has the trajectory [ns]: DDS looks every 3 s for what was lost. Chosen.
 UNHEARD_NS = 10 * 10**9
+#: So long is braked at least and at most [s], and the run's accelerations are looked for at so
+#: many instants. Chosen.
+_BRAKE_S, _LONGEST_S = 0.1, 1.0
+_LOOKS = 2000
 #: Between two instants at which the motion may have begun [s]: no joint goes far in it.
 _LOOK_S = 0.02
 
@@ -59,6 +64,38 @@ class IdentificationRun:
     def elapsed(self, t_ns: int) -> float:
         """Return how long the trajectory has run at a stamp at the least [s]."""
         return (t_ns - self.heard_ns) * 1e-9
+
+    def brake(self, state: JointState, robot: Robot) -> Trajectory:
+        """
+        Return a trajectory from a state to rest, as fast as the run itself accelerates.
+
+        It begins with where the robot is: without a point at time 0, some drivers begin where
+        they held last. A velocity that is not measured is that of the run.
+        """
+        spline = self.trajectory.spline()
+        measured = np.full((2, len(robot.names)), np.nan)
+        for row, values in zip(measured, (state.position, state.velocity), strict=True):
+            by_name = dict(zip(state.name, values, strict=False))
+            row[:] = [by_name.get(name, np.nan) for name in robot.names]
+        duration = self.trajectory.duration
+        stamp = state.header.stamp
+        at = min(max(self.elapsed(stamp.sec * 10**9 + stamp.nanosec), 0.0), duration)
+        q, v = np.where(np.isfinite(measured), measured, [spline(at, 0), spline(at, 1)])
+        looks = np.linspace(0.0, duration, _LOOKS)
+        fastest, most = (np.abs(spline(looks, k)).max(axis=0) for k in (1, 2))
+        most = np.maximum(most, fastest / _LONGEST_S)
+        # A joint that does not take part is at rest.
+        moves = most > 0.0
+        needed = float(np.max(np.abs(v[moves]) / most[moves], initial=0.0))
+        time = min(max(_BRAKE_S, needed), _LONGEST_S)
+        end = q + 0.5 * time * v
+        for i, limit in enumerate(robot.limits):
+            # The same place twice is that of a joint without limits.
+            if limit.upper > limit.lower:
+                end[i] = min(max(end[i], min(q[i], limit.lower)), max(q[i], limit.upper))
+        return Trajectory(
+            robot.names, np.array([0.0, time]), np.array([q, end]), np.array([v, 0.0 * v])
+        )
 
     def progress(self, t_ns: int) -> float:
         """Return the share of the trajectory that has surely run at a stamp, 0 to 1."""

@@ -70,6 +70,8 @@ _LOOK_S = 0.1
 #: Silence of joint_states that ends a run [s]: longer than the 3 s after which DDS looks again for
 #: what was lost while a machine stood still.
 _SILENT_S = 4.0
+#: A copy of a state that is older than the state by this is none of it [ns]. Chosen.
+_OLD_NS = 50_000_000
 _RUNNING = ('starting', 'moving', 'fitting', 'diagnosing')
 _JOINT_STATE = 'sensor_msgs/msg/JointState'
 
@@ -138,10 +140,12 @@ class IdentifierNode(ProgramNode):
     def destroy_node(self) -> None:
         """Stop a moving robot, close the bag, give up a running fit, destroy the node."""
         if self._phase == 'moving':
-            self._call_stop()
+            self.get_logger().info(self._stop())
             time.sleep(0.2)  # for the request to leave before the context closes
         if self._run is not None:
-            self._run.recorder.close()
+            # The run has failed of it already.
+            with contextlib.suppress(SosmlFrictionError):
+                self._run.recorder.close()
         if self._job is not None:
             self._job.give_up()
             self._job.join()
@@ -271,6 +275,10 @@ class IdentifierNode(ProgramNode):
             return False, str(error)
         text = f'{self._label}, {run.trajectory.duration:.1f} s, recording to {run.folder}'
         self.get_logger().info(text)
+        if lacks := self._lacks_stop():
+            lacks += ': if the run is ended, a trajectory will be sent that brakes and holds'
+            self.get_logger().warning(lacks)
+            text = f'{text}; {lacks}'
         return True, text
 
     def _read_again(self) -> None:
@@ -414,7 +422,11 @@ class IdentifierNode(ProgramNode):
                 'joint_states?'
             )
         elif self._phase == 'moving':
-            self._run.recorder.flush()
+            try:
+                self._run.recorder.flush()
+            except SosmlFrictionError as error:
+                self._fail(str(error))
+                return
             self._silent_looks += 1
             if self._silent_looks * _LOOK_S > _SILENT_S:
                 self._fail(
@@ -505,16 +517,41 @@ class IdentifierNode(ProgramNode):
         kept = (
             'nothing had moved yet' if self._run is None else f'what was recorded is in {folder}'
         )
-        return True, f'aborted; {kept}'
+        return True, f'{self._message}; {kept}'
 
-    def _call_stop(self) -> None:
+    def _lacks_stop(self) -> str:
+        """Return that nobody offers to stop the robot, '' where somebody does."""
         if self._stop_client.service_is_ready():
+            return ''
+        return f'nobody offers {self._p["driver_node"]}/stop'
+
+    def _stop(self) -> str:
+        """End a motion by the driver or, where it offers no stop, by a trajectory; say how."""
+        lacks = self._lacks_stop()
+        if not lacks:
             self._stop_client.call_async(Trigger.Request())
+            return f'{self._p["driver_node"]} is asked to stop'
+        assert self._run is not None
+        assert self._robot is not None
+        assert self._last_state is not None
+        data = self._last_state
+        # In the observers' copy no position wraps; where they died it is old.
+        copy = self._last_estimate
+        if copy is not None and stamp_ns(data) - stamp_ns(copy) < _OLD_NS:
+            data = copy
+        brake = self._run.brake(deserialize(data, _JOINT_STATE), self._robot)
+        message = message_from_trajectory(brake)
+        message.header.frame_id = self._full_name
+        self._trajectory_output.publish(message)
+        return (
+            f'{lacks}: a trajectory was sent that brakes within {brake.duration:.2g} s and holds; '
+            'see that the robot follows it'
+        )
 
     def _fail(self, sentence: str) -> None:
         before = self._phase
         if before == 'moving':
-            self._call_stop()
+            sentence = f'{sentence}; {self._stop()}'
         self._enter('failed', sentence)
         if self._run is not None:
             self._run.pending.clear()
@@ -556,7 +593,7 @@ class IdentifierNode(ProgramNode):
             level = ERROR
         elif self._diagnosed.get('verdict') in ('none', 'bad_data'):
             level = WARN
-        status = make_status(f'{self.get_name()}: run', level, self._message, values)
+        status = make_status(f'{self._full_name}: run', level, self._message, values)
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
 
 

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far a run is, and whether the robot follows."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ pytest.importorskip('rclpy')
 
 from sensor_msgs.msg import JointState
 
+from sosml_friction.model.robot import JointLimits
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.nodes.identification_run import IdentificationRun
 
@@ -26,6 +29,27 @@ def at(t, position):
     state = JointState(name=['elbow'], position=[position])
     state.header.stamp.sec, state.header.stamp.nanosec = divmod(round(t * 1e9), 10**9)
     return state
+
+
+@pytest.mark.parametrize('upper', [0.62, 10.0])
+@pytest.mark.parametrize('speed', [-0.4, 0.4, None])
+def test_a_run_is_braked_from_where_it_is_as_fast_as_it_accelerates(tmp_path, speed, upper):
+    """To and fro by 0.5 rad with at most 2 rad/s2."""
+    t = np.linspace(0.0, 10.0, 101)
+    q, v = 0.5 * np.sin(2.0 * t)[:, None], np.cos(2.0 * t)[:, None]
+    run = a_run(tmp_path, 0.0)
+    run.trajectory = Trajectory(('elbow',), t, q, v)
+    state = at(1.0, 0.6)
+    state.velocity = [] if speed is None else [speed]
+    now = np.cos(2.0) if speed is None else speed
+    limits = JointLimits(-2.0, upper, 1.0, 1.0)
+    brake = run.brake(state, SimpleNamespace(names=('elbow',), limits=(limits,)))
+    spline = brake.spline()
+    assert (spline(0.0), spline(0.0, 1)) == (pytest.approx(0.6), pytest.approx(now))
+    assert brake.duration == pytest.approx(abs(now) / 2.0, rel=0.05)
+    assert spline(brake.duration, 1) == pytest.approx(0.0, abs=1e-12)
+    # Evenly, unless a limit is nearer.
+    assert spline(brake.duration) == pytest.approx(min(0.6 + now * brake.duration / 2.0, upper))
 
 
 def test_a_joint_is_off_its_way_for_a_second_of_samples_and_not_of_a_machine_that_stands_still(

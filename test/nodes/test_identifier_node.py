@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import shutil
 import signal
 import time
@@ -309,12 +310,36 @@ def test_a_silent_driver_fails_the_run_and_keeps_the_bag_and_standing_still_itse
     assert int(Bag.open(tmp_path / 'run' / 'bag').joint_log().t_ns[-1]) == robot.sent[-1]
 
 
-def test_abort_closes_the_bag(ros, bench, tmp_path):
-    _, _, tell = bench
+def test_abort_closes_the_bag_and_brakes_a_robot_that_offers_no_stop(ros, bench, tmp_path):
+    """A robot with another driver went on to the end of the trajectory, and "aborted" was said."""
+    _, identifier, tell = bench
+    sent = ros.collect(JointTrajectory, 'joint_trajectory', 10)
+    start(ros, tell)
+    ros.spin_until(lambda: tell()[0] == 'moving' and len(sent) == 1)
+    assert 'nobody offers driver_node/stop: if the run is ended' in identifier.output
+    answer = ros.call(Trigger, 'identifier_node/abort')
+    assert answer.success
+    assert 'nobody offers driver_node/stop: a trajectory was sent that brakes' in answer.message
+    ros.spin_until(lambda: len(sent) == 2)
+    positions = np.array([point.positions for point in sent[1].points])
+    np.testing.assert_allclose(positions, [REST, REST], atol=1e-3)
+    assert list(sent[1].points[-1].velocities) == [0.0, 0.0]
+    assert not Bag.open(tmp_path / 'run' / 'bag').recovered
+
+
+def test_a_disk_that_is_full_fails_the_run_and_keeps_what_is_written(ros, bench, tmp_path):
+    """The program ended with a trace, in the timer that hands the bag to the system."""
+    _, identifier, tell = bench
     start(ros, tell)
     ros.spin_until(lambda: tell()[0] == 'moving')
-    assert ros.call(Trigger, 'identifier_node/abort').success
-    assert not Bag.open(tmp_path / 'run' / 'bag').recovered
+    bag = next((tmp_path / 'run' / 'bag').glob('*.mcap'))
+    ros.spin_until(lambda: bag.stat().st_size > 100_000)
+    room = bag.stat().st_size
+    resource.prlimit(identifier.process.pid, resource.RLIMIT_FSIZE, (room, room))
+    ros.spin_until(lambda: tell()[0] == 'failed')
+    assert 'cannot be written' in tell()[1]
+    assert len(Bag.open(tmp_path / 'run' / 'bag').joint_log()) > 10
+    assert not ros.call(Trigger, 'identifier_node/abort').success
 
 
 def test_a_killed_identifier_leaves_a_bag_with_all_but_the_last_half_second(ros, bench, tmp_path):
