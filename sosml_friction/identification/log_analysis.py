@@ -199,11 +199,12 @@ def analyse_log(
         estimates = with_regression_estimates(estimates, fit, robot.names)
         checks = checks.told(*laws_of_observers(fit)) if alone else checks
         fit = without_direction(fit, compared.loads)
-    unavailable = _with_warnings(fit.unavailable, checks)
+    # What the checks left out is told by their reason: to the fit it has no effort.
+    unavailable = {**_with_warnings(fit.unavailable, checks), **checks.not_fitted}
     if weak_too and require and not fit.joints:
         reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
         raise DataError(f'no joint can be fitted. {reasons}')
-    fit = replace(fit, unavailable={**unavailable, **checks.not_fitted})
+    fit = replace(fit, unavailable=unavailable)
     inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
     widths = {
         name: joint.friction.smoothing_velocity if joint.friction else 0.0

@@ -14,7 +14,7 @@ from known_robots import recording
 from sosml_friction.bags.block_means import block_means
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source
-from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.data_finding import WARNING
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
@@ -152,3 +152,11 @@ def test_a_law_of_an_observer_is_told_to_be_one():
     (said,) = (f for f in found.data_checks.findings if f.check == 'observer_law')
     assert (said.joint, said.level) == ('joint', WARNING)
     assert 'an observer, sosml' in said.sentence
+
+
+def test_a_joint_that_does_not_move_is_left_out_for_that(nominal, log):
+    """A robot that ignored its trajectory was said to report no effort, and reported all of it."""
+    rests = JointLog(log.names, log.t_ns, np.full_like(log.q, 0.1), 0.0 * log.v, log.tau)
+    with pytest.raises(DataError, match='slider does not move while its effort is known') as told:
+        analyse_log(rests, nominal)
+    assert 'reports no effort' not in str(told.value)
