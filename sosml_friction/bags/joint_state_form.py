@@ -38,6 +38,8 @@ class JointStateForm:
         self.source = self.names, self.frame_id
         #: Whether all ``joints`` are among the names; without them nothing else is there.
         self.is_known = set(joints) <= set(self.names)
+        #: Whether one of them is there twice; the first is taken.
+        self.is_twice = any(self.names.count(name) > 1 for name in joints)
         self._length = len(cdr)
         first, *counts = (at for at, _ in layout.fixed[-len(FIELDS) :])
         self._alike = [(_TO, first + 4), *((at, at + 4) for at in counts)]

@@ -555,15 +555,18 @@ class DriverNode(LifecycleNode):
         ]
 
 
-def make_driver_node() -> DriverNode:
+def make_driver_node(starts: bool = True) -> DriverNode:
     """
     Make the node and start it if its parameter ``autostart`` says so.
 
+    :param starts: False to leave that to the caller.
     :raises SosmlFrictionError: why it cannot start.
     """
     # The cycle's thread must not wait 5 ms for a callback to give the interpreter away.
     sys.setswitchinterval(5e-4)
     node = DriverNode()
+    if not starts:
+        return node
     try:
         node.autostart()
     except SosmlFrictionError:

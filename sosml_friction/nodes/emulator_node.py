@@ -135,7 +135,7 @@ class EmulatorNode(ProgramNode):
     def _on_timer(self) -> None:
         if self._thread.error is not None:
             self.end(ActuatorError(f'the emulation ended: {self._thread.error!r}'))
-        name = self.get_name()
+        name = self.get_fully_qualified_name().lstrip('/')
         emulator = self._emulator
         q, v, effort = emulator.q, emulator.v, emulator.effort
         lost_s = self._thread.lost_ns * 1e-9

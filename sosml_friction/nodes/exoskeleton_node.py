@@ -47,8 +47,11 @@ class DirectObserverNode(ObserverNode):
         self._driver = driver
         self._turn = threading.RLock()
         super().__init__()
-        if driver.description:
-            self._on_description(String(data=driver.description))
+
+    def describe(self) -> None:
+        """Take the robot that the driver describes by now, if it does."""
+        if self._driver.description:
+            self._on_description(String(data=self._driver.description))
 
     def refuse_unknown_parameters(self) -> None:
         """
@@ -91,12 +94,19 @@ def make_nodes() -> list[Node]:
 
     :raises SosmlFrictionError: why they cannot start; then no output is on.
     """
-    driver = make_driver_node()
+    nodes: list[Node] = []
     try:
-        return [driver, DirectObserverNode(driver)]
+        nodes.append(driver := make_driver_node(starts=False))
+        nodes.append(observer := DirectObserverNode(driver))
+        # No motor is asked for anything before it is known that nothing was meant otherwise.
+        observer.refuse_unknown_parameters()
+        driver.autostart()
+        observer.describe()
     except BaseException:
-        driver.destroy_node()
+        for node in nodes:
+            node.destroy_node()
         raise
+    return nodes
 
 
 HELP = NodeHelp(

@@ -31,9 +31,11 @@ from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -55,7 +57,7 @@ from sosml_friction.nodes.driver_watch import DriverWatch
 from sosml_friction.nodes.fit_job import FitJob, summary
 from sosml_friction.nodes.fresh_start import read_start
 from sosml_friction.nodes.identification_run import IdentificationRun, stamp_ns
-from sosml_friction.nodes.identifier_parameters import PARAMETERS, PLAIN
+from sosml_friction.nodes.identifier_parameters import PARAMETERS, PLAIN, check_change
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import declare
 from sosml_friction.nodes.program_node import ProgramNode
@@ -133,6 +135,7 @@ class IdentifierNode(ProgramNode):
             self.create_subscription(
                 String, topic, partial(self._on_latched, topic), LATCHED, raw=True
             )
+        self.add_on_set_parameters_callback(self._on_parameters)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_LOOK_S, self._watch, clock=steady)
         self.create_timer(0.5, self._diagnose, clock=steady)
@@ -280,6 +283,15 @@ class IdentifierNode(ProgramNode):
             self.get_logger().warning(lacks)
             text = f'{text}; {lacks}'
         return True, text
+
+    def _on_parameters(self, changes: list[Parameter]) -> SetParametersResult:
+        joints = () if self._robot is None else self._robot.names
+        try:
+            for change in changes:
+                check_change(change.name, change.value, joints)
+        except SosmlFrictionError as error:
+            return SetParametersResult(reason=str(error))
+        return SetParametersResult(successful=True)
 
     def _read_again(self) -> None:
         """Take what was set meanwhile."""

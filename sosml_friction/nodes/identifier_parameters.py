@@ -2,6 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parameters of identifier_node, those of every trajectory there is among them."""
 
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.friction_fit import METHODS
 from sosml_friction.motion.trajectories import COMMON, TRAJECTORIES
 from sosml_friction.motion.trajectory_option import TrajectoryOption
@@ -10,6 +16,39 @@ from sosml_friction.nodes.stated_model import WITHOUT_MODEL
 
 #: Options of the first trajectory have no prefix.
 PLAIN = 'speed_ladder'
+
+
+def _options() -> dict[str, TrajectoryOption]:
+    """Return the options of all trajectories by the names of their parameters."""
+    options = {
+        option.name if kind.name == PLAIN else f'{kind.name}.{option.name}': option
+        for kind in TRAJECTORIES.values()
+        for option in kind.options
+    }
+    return options | {option.name: option for option in COMMON}
+
+
+def check_change(name: str, value: Any, joints: Sequence[str]) -> None:
+    """
+    Check a parameter that is set while the node runs, as ~/start would.
+
+    :param joints: of the robot; empty where they are not known yet.
+    :raises SosmlFrictionError: why it cannot be used.
+    """
+    spec = next((spec for spec in PARAMETERS if spec.name == name), None)
+    if spec is None:
+        return
+    if spec.choices and value not in spec.choices:
+        raise ConfigurationError(f'{name} is {value!r}: use one of {", ".join(spec.choices)}')
+    if name in (options := _options()):
+        options[name].check(value)
+    elif spec.type.startswith('double') and not np.isfinite(value).all():
+        raise ConfigurationError(f'{name} is {value}: give finite numbers')
+    lengths = {'centre': (0, len(joints)), 'acceleration_limit': (0, 1, len(joints))}
+    if joints and name in lengths and len(value) not in lengths[name]:
+        raise ConfigurationError(
+            f'{name} has {len(value)} values for the joints {", ".join(joints)}: give one for each'
+        )
 
 
 def _option_specs() -> tuple[ParameterSpec, ...]:

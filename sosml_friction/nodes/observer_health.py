@@ -25,6 +25,8 @@ _EVENTS = {
     'lost': '{n} messages of joint_states lost on the way: relieve the machine or the network',
     'repeated': '{n} messages of joint_states repeat the stamp of the one before: make the driver '
     'stamp each with the time of its measurement',
+    'twice': '{n} messages of joint_states name a joint twice, and its first number is taken: '
+    'make the publisher name each once',
     'backwards': 'the stamps of joint_states went back {n} times: a bag that loops, a clock that '
     'was set, or two publishers (ros2 topic info -v joint_states names them)',
 }

@@ -156,6 +156,10 @@ class ObserverNode(ProgramNode):
         if model is not None and robot is not None and not robot.remarks and not model.unseen:
             self._begin(robot)
             return
+        if model is not None and robot is not None and not model.unseen:
+            # Which joints there are is known: what does not fit them is refused now.
+            self._passive(robot)
+            configuration_of(self._p, robot)
         self._measured = MeasuredJoints(urdf, PATIENCE)
         self._urdf = urdf
         self._subscribe()
@@ -188,12 +192,7 @@ class ObserverNode(ProgramNode):
         # What was set while the node waited counts.
         self._p |= declare(self, [spec for spec in parameters() if not spec.read_only])
         self._refuse_observers()
-        passive = [name for name in self._p['passive_joints'] if name]
-        if unknown := sorted(set(passive) - set(robot.names)):
-            raise ConfigurationError(
-                f'passive_joints names {", ".join(unknown)}, which is not observed: choose from '
-                f'{", ".join(robot.names)}'
-            )
+        passive = self._passive(robot)
         configuration = configuration_of(self._p, robot)
         refuse_offline(configuration.gains)
         # What is selected may not be among those of a bag: the first one then speaks for all.
@@ -228,6 +227,15 @@ class ObserverNode(ProgramNode):
         if self._measured is None:
             self._subscribe()
         self.get_logger().info(f'observing {", ".join(self._joints)}')
+
+    def _passive(self, robot: Robot) -> list[str]:
+        passive = [name for name in self._p['passive_joints'] if name]
+        if unknown := sorted(set(passive) - set(robot.names)):
+            raise ConfigurationError(
+                f'passive_joints names {", ".join(unknown)}, which is not observed: choose from '
+                f'{", ".join(robot.names)}'
+            )
+        return passive
 
     def _run(self, configuration: ObserverConfiguration) -> None:
         """Tell everybody which gains run now."""
@@ -303,6 +311,8 @@ class ObserverNode(ProgramNode):
                 f'has {", ".join(self._joints)}: name them alike or give another model',
             )
             return
+        if form.is_twice:
+            self._health.event(now_s, 'twice')
         t_ns, (q, v, tau) = form.read(cdr)
         if not self._has_estimated:
             self._count_lacking(v, tau)
@@ -420,7 +430,8 @@ class ObserverNode(ProgramNode):
         self._report(said)
 
     def _report(self, said: Sequence[Said]) -> None:
-        name = self.get_name()
+        # With its namespace: there may be an observer in each.
+        name = self.get_fully_qualified_name().lstrip('/')
         statuses = [
             make_status(f'{name}: {s.component}', _LEVELS[s.level], s.message, s.values)
             for s in said

@@ -196,7 +196,8 @@ class ReplayNode(ProgramNode):
     def _diagnose(self) -> None:
         message = 'playing' if self._running.is_set() else 'paused'
         values = {'bag': self._p['bag'], 'messages played': self._played, 'rate': self._p['rate']}
-        status = make_status(f'{self.get_name()}: bag', OK, message, values)
+        name = self.get_fully_qualified_name().lstrip('/')
+        status = make_status(f'{name}: bag', OK, message, values)
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
 
 

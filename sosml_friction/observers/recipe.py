@@ -68,6 +68,10 @@ def recipe_gains(
             )
         )
     noise = np.array(velocity_noise if len(velocity_noise) else zero, dtype=float)
+    if not ((noise >= 0.0) & (noise < np.inf)).all():
+        raise ConfigurationError(
+            f'velocity_noise is {noise.tolist()}: a standard deviation is not negative'
+        )
     if len(noise) != robot.n:
         raise ConfigurationError(
             f'velocity_noise has {len(noise)} values for the {robot.n} joints '

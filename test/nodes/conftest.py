@@ -209,9 +209,15 @@ def start_node(tmp_path: Path) -> Iterator[Callable[..., NodeProcess]]:
     started: list[NodeProcess] = []
 
     def start(
-        name: str, *parameters: str, files: tuple[Path, ...] = (), module: str = ''
+        name: str,
+        *parameters: str,
+        files: tuple[Path, ...] = (),
+        module: str = '',
+        namespace: str = '',
     ) -> NodeProcess:
         arguments = ros_arguments(parameters, files)
+        if namespace:
+            arguments += ['--ros-args', '-r', f'__ns:={namespace}']
         node = NodeProcess(name, arguments, tmp_path / f'{name}_{len(started)}.log', module)
         started.append(node)
         return node

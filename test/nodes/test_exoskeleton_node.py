@@ -77,3 +77,15 @@ def test_a_parameter_of_one_node_is_given_by_its_name(refusal):
     said = ' '.join(refusal('exoskeleton_node', 'rate:=500.0', 'driver_node:autostart:=false'))
     assert 'observer_node has no parameter rate' in said
     assert '-p driver_node:NAME:=VALUE' in said
+
+
+def test_an_unknown_parameter_is_refused_before_a_motor_is_asked(ros, start_node):
+    """It was only after the start-up of all motors."""
+    chain = CanChain(ros, start_node)
+    chain.start_emulator(*PATIENT_HARDWARE)
+    channel = f'driver_node:can_channel:=socket://127.0.0.1:{chain.port}'
+    unknown = 'observer_node:bandwith:=40.0'
+    node = start_node('exoskeleton_node', channel, unknown, *PATIENT, files=(PARAMETER_FILE,))
+    assert node.wait() == 2
+    assert 'observer_node has no parameter bandwith: did you mean bandwidth?' in node.output
+    assert chain.fresh('emulator_node: shoulder')['frames'] == '0'

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from jsonschema import Draft202012Validator
-from rcl_interfaces.srv import SetParametersAtomically
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
@@ -26,10 +26,12 @@ from trajectory_msgs.msg import JointTrajectory
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import read_controllers
 from sosml_friction.diagnosis.library import searched_terms
+from sosml_friction.exceptions import SosmlFrictionError
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.nodes.fresh_start import tell_start
+from sosml_friction.nodes.identifier_parameters import check_change
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.one_thread import in_one_thread
@@ -308,6 +310,34 @@ def test_a_silent_driver_fails_the_run_and_keeps_the_bag_and_standing_still_itse
     ros.spin_until(lambda: tell()[0] == 'failed')
     assert 'joint_states fell silent for 4 s' in tell()[1]
     assert int(Bag.open(tmp_path / 'run' / 'bag').joint_log().t_ns[-1]) == robot.sent[-1]
+
+
+def test_a_parameter_that_cannot_be_used_is_refused_when_it_is_set():
+    """ROS answered successful, and ~/start refused it."""
+    joints = ('shoulder', 'elbow')
+    for name, value, sentence in (
+        ('trajectory', 'x', "trajectory is 'x': use one of"),
+        ('method', 'guess', "method is 'guess': use one of"),
+        ('speeds', [0.1, np.nan], 'give finite numbers'),
+        ('top_speed', np.nan, 'give finite numbers'),
+        ('tracking_tolerance', np.nan, 'give finite numbers'),
+        ('centre', [0.0], 'has 1 values for the joints shoulder, elbow'),
+        ('acceleration_limit', [1.0] * 3, 'has 3 values'),
+    ):
+        with pytest.raises(SosmlFrictionError, match=sentence):
+            check_change(name, value, joints)
+    for name, value in (('trajectory', 'multisine'), ('centre', []), ('run_name', 'a')):
+        check_change(name, value, joints)
+
+
+def test_what_cannot_be_used_is_answered_with_the_reason(ros, start_node, tmp_path):
+    start_node('identifier_node', f'output:={tmp_path}')
+    request = SetParameters.Request(
+        parameters=[Parameter('trajectory', value='x').to_parameter_msg()]
+    )
+    result = ros.call(SetParameters, 'identifier_node/set_parameters', request).results[0]
+    assert not result.successful
+    assert 'use one of' in result.reason
 
 
 def test_abort_closes_the_bag_and_brakes_a_robot_that_offers_no_stop(ros, bench, tmp_path):

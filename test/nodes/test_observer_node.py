@@ -23,7 +23,9 @@ from std_srvs.srv import Trigger
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.model_folder import EffectTerm, read_model
 from sosml_friction.model.parameter import Parameter as ModelParameter
+from sosml_friction.model.simple_models import skeleton_model
 from sosml_friction.model.urdf_bodies import with_bodies
+from sosml_friction.model.urdf_joints import read_joints
 from sosml_friction.nodes.observer_node import PATIENCE
 from sosml_friction.nodes.observer_parameters import parameters
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
@@ -336,6 +338,41 @@ def test_a_joint_that_is_held_and_moves_makes_what_carries_it_unknown(ros, urdf_
     ros.spin_until(told)
     assert np.isfinite([state.effort[0] for state in received]).any()
     assert np.isnan(received[-1].effort[0])
+
+
+def test_what_does_not_fit_the_joints_is_refused_before_they_are_heard(
+    ros, start_node, make_serial_arm, tmp_path
+):
+    """Where a joint is held, the node waits for where it is; wrong parameters waited with it."""
+    urdf = make_serial_arm(['revolute'] * 3, seed=1)
+    (tmp_path / 'arm.urdf').write_text(urdf)
+    names = list(read_joints(urdf).joints)
+    known = replace(skeleton_model(urdf, names[:2], True), provenance={})
+    known.write(tmp_path / 'arm')
+    stated = (f'model:={tmp_path / "arm"}', f'urdf_path:={tmp_path / "arm.urdf"}')
+    stated += ('armature:=[0.1]',)
+    for wrong in ('passive_joints:=[gripper]', 'velocity_noise:=[-1.0,1.0]'):
+        node = start_node('observer_node', *stated, wrong)
+        assert node.wait() == 2
+        assert wrong.split(':')[0] in node.output
+
+
+def test_a_joint_that_is_named_twice_is_told_and_observers_have_their_namespace(
+    ros, urdf_path, start_node
+):
+    """The first was taken in silence; and two observers told under one name."""
+    diagnostics = ros.collect(DiagnosticArray, '/diagnostics', 10)
+    output = ros.node.create_publisher(JointState, '/left/joint_states', JOINT_STATES)
+    start_node('observer_node', f'urdf_path:={urdf_path}', namespace='/left')
+    ros.spin_until(lambda: output.get_subscription_count())
+    count = iter(range(10**6))
+
+    def told() -> bool:
+        output.publish(message(next(count), ('shoulder', 'elbow', 'elbow')))
+        parts = {s.name: s.message for d in diagnostics for s in d.status}
+        return 'name a joint twice' in parts.get('left/observer_node: observers', '')
+
+    ros.spin_until(told)
 
 
 def test_a_best_effort_publisher_is_followed(ros, urdf_path, start_node):
