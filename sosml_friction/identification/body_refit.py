@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from sosml_friction.arrays import IndexArray
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.identification.body_doubt import rows_worth
+from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
 from sosml_friction.identification.free_armature import armature_sentence, with_fitted
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.number_text import plus_minus
@@ -23,6 +24,7 @@ from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.rigid_changes import REFIT, Change, with_changes
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.regression.body_width import body_precision, body_variance
 from sosml_friction.regression.nominal import Nominal
 from sosml_friction.regression.rival import rival_probability
@@ -35,6 +37,15 @@ FRICTION = (*NOMINAL, 'stribeck', LOAD)
 _KNEE = ('stribeck', 'stribeck_velocity')
 #: Speeds of the data are told without the slowest of this share, which are turning points.
 _TURNING = 0.02
+#: Share of the variance of what bodies changed an effort by that one factor on all of it explains,
+#: and most rows that it is asked of. Chosen, no measurement.
+_ONE_FACTOR, _ROWS = 0.9, 2000
+#: Probability that such a factor is the torque constant's and not the masses': nothing tells.
+_OF_EFFORT = 0.5
+#: Parameters of a law that are efforts: they go with the scale of effort.
+_EFFORTS = ('coulomb', 'viscous', 'stribeck', 'bias', 'viscous_asymmetry', 'stribeck_asymmetry')
+#: A tolerance from which on it is a warning: masses are seldom as wrong. Chosen, no measurement.
+_FAR = 1.0
 #: The ten numbers of a body, in the joint's frame and about its origin.
 _MOMENTS = tuple((f'first moment {axis}', 'kg m') for axis in 'xyz')
 _INERTIAS = tuple((f'inertia {axes}', 'kg m2') for axes in ('xx', 'xy', 'yy', 'xz', 'yz', 'zz'))
@@ -53,7 +64,9 @@ class BodyRefit:
     ``deviations``: by name, refitted minus the model's. ``variance``: by joint and parameter, what
     not knowing bodies and rotors adds to its variance. ``refused``: why the bodies are not in the
     model, '' if they are. ``armature``: by joint, of rotors that the model did not know; where
-    nothing else was refitted, ``deviations`` is empty.
+    nothing else was refitted, ``deviations`` is empty. ``scales``: by joint, the factor on all of
+    its effort that says the same as the refitted bodies, where it is beyond what was allowed
+    before anything was refitted.
     """
 
     model: RobotModelFile
@@ -65,6 +78,7 @@ class BodyRefit:
     variance: Mapping[str, Mapping[str, float]]
     refused: str = ''
     armature: Mapping[str, Parameter] = field(default_factory=dict)
+    scales: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of_rotors(cls, fit: TermFit, model: RobotModelFile) -> BodyRefit:
@@ -124,12 +138,54 @@ class BodyRefit:
             variance,
             refused,
             armature,
+            {} if refused else _scales(fit, bodies, moved),
         )
+
+    def findings(self) -> list[DataFinding]:
+        """Return for a person what was done, and why."""
+        told = [
+            DataFinding('rigid_body', ALL_JOINTS, NOTE, armature_sentence(joint, p))
+            for joint, p in self.armature.items()
+        ]
+        if self.deviations:
+            level = WARNING if self._is_far else NOTE
+            told.append(DataFinding('rigid_body', ALL_JOINTS, level, self._of_bodies()))
+        for joint, scale in self.scales.items():
+            text = (
+                f'the bodies refitted for joint {joint} need {scale:.3g} times the effort of '
+                'those of the URDF, whatever it does: the masses are off by that factor, or the '
+                'scale of the effort is (a torque constant, a gear ratio), by which friction '
+                'would be off as well; the motion tells their product alone, and the errors hold '
+                'both. Weigh the body, or check the torque constant; where the effort is sure, '
+                f'--body-tolerance {max(self.tolerance, 2.0 * abs(scale - 1.0)):.2g} says so'
+            )
+            told.append(DataFinding('effort_scale', joint, WARNING, text))
+        return told
 
     def sentences(self) -> list[str]:
         """Return for a person what was done, and why, without full stops."""
-        told = [armature_sentence(joint, p) for joint, p in self.armature.items()]
-        return [*told, self._of_bodies()] if self.deviations else told
+        return [found.sentence for found in self.findings()]
+
+    @property
+    def _is_far(self) -> bool:
+        """Tell whether the data, and nobody else, want bodies that are hardly as wrong."""
+        return bool(self.log_evidence) and self.tolerance >= _FAR
+
+    def shift_by_scale(self, joint: str, law: LawFit) -> dict[str, float]:
+        """
+        Return by parameter what friction is off by where the scale of effort may be.
+
+        Where all effort of a joint is k times what its bodies need, the masses are off, and
+        friction is what it is, or the scale of effort is, and friction is 1 / k of it. Both are as
+        likely: p d d' with p one half is the covariance of what d it is off by. Of a range, its
+        end.
+        """
+        if joint not in self.scales:
+            return {}
+        share = np.sqrt(_OF_EFFORT) * (1.0 - 1.0 / self.scales[joint])
+        known = {n: (p.value, *(p.interval or ())[::-1]) for n, p in law.parameters.items()}
+        sizes = {n: next(filter(np.isfinite, known[n]), 0.0) for n in _EFFORTS if n in known}
+        return {n: float(share * x) for n, x in sizes.items()}
 
     def _of_bodies(self) -> str:
         share = f'{100.0 * self.tolerance:g} % of itself'
@@ -147,6 +203,11 @@ class BodyRefit:
             for name, p in clearest
         )
         text += f' (clearest: {told})' if told else ''
+        if self._is_far:
+            text += (
+                '. Masses are seldom as wrong: see the unit and zero of position, a gear ratio, '
+                'the scale of the effort, and whether it carries what the URDF lacks'
+            )
         if self.refused:
             text += f'; the model keeps its own bodies: {self.refused}'
         return text
@@ -189,6 +250,41 @@ def _variance(fit: TermFit, columns: IndexArray) -> dict[str, dict[str, float]]:
         # A joint whose effort nobody knows has no friction.
         if f'{joint} coulomb' in names
     }
+
+
+def _scales(fit: TermFit, bodies: FloatArray, moved: FloatArray) -> dict[str, float]:
+    """
+    Return by joint the factor on its effort that refitted bodies stand for; not where none does.
+
+    Where they differ from the model's in one factor, as all of a pendulum's gravity does, the
+    scale of the effort says the same. A bias is free, and so may be acceleration, of a rotor.
+
+    :param bodies: the refitted ones (n, 10).
+    :param moved: what was added to the rotors (n,).
+    """
+    laboratory = fit.laboratory
+    robot, told = laboratory.robot, fit.body
+    within = laboratory.settings.tolerance if told.log_evidence else told.tolerance
+    every = max(1, sum(len(s.a) for s in laboratory.signals) // _ROWS)
+    regressor = np.concatenate([s.regressor[::every] for s in laboratory.signals])
+    a = np.concatenate([s.a[::every] for s in laboratory.signals])
+    before = robot.inertial_parameters()
+    own = np.array(robot.armature)
+    result = {}
+    for i, joint in enumerate(robot.names):
+        need, more = (
+            regressor[:, i] @ x.ravel() + a[:, i] * rotor[i]
+            for x, rotor in ((before, own), (bodies - before, moved))
+        )
+        free = [np.ones(len(a)), *([a[:, i]] if joint in fit.armature else [])]
+        basis = np.linalg.qr(np.column_stack(free))[0]
+        need, more = (x - basis @ (basis.T @ x) for x in (need, more))
+        square = float(need @ need)
+        factor = float(need @ more) / square if square > 0.0 else 0.0
+        explained = factor**2 * square > _ONE_FACTOR * float(more @ more)
+        if explained and abs(factor) > within and factor > -1.0:
+            result[joint] = 1.0 + factor
+    return result
 
 
 def friction_beside(

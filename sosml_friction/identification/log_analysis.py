@@ -163,8 +163,7 @@ def analyse_log(
     if body is not None:
         nominal = body.model
         robot = nominal.make_robot()
-        told = [DataFinding('rigid_body', ALL_JOINTS, NOTE, text) for text in body.sentences()]
-        checks = checks.told(*told)
+        checks = checks.told(*body.findings())
     if recorded is None or bandwidth is not None or observers is not None:
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     else:
@@ -199,6 +198,8 @@ def analyse_log(
         estimates = with_regression_estimates(estimates, fit, robot.names)
         checks = checks.told(*laws_of_observers(fit)) if alone else checks
         fit = without_direction(fit, compared.loads)
+    if body is not None:
+        fit = _with_scale_of_effort(fit, body)
     # What the checks left out is told by their reason: to the fit it has no effort.
     unavailable = {**_with_warnings(fit.unavailable, checks), **checks.not_fitted}
     if weak_too and require and not fit.joints:
@@ -271,6 +272,18 @@ def effort_holds(
     if recorded is not None and recorded.joints == tuple(names):
         holds = recorded.effort_hold or holds
     return tuple(stated.get(name, hold) for name, hold in zip(names, holds, strict=True))
+
+
+def _with_scale_of_effort(fit: FrictionFit, body: BodyRefit) -> FrictionFit:
+    """Return the fits with a scale of effort that may be off, in place of masses, in errors."""
+    joints = {
+        name: {
+            observer: replace(one, fit=one.fit.with_shift(body.shift_by_scale(name, one.fit)))
+            for observer, one in fits.items()
+        }
+        for name, fits in fit.joints.items()
+    }
+    return replace(fit, joints=joints)
 
 
 def _with_warnings(unavailable: Mapping[str, str], checks: DataChecks) -> dict[str, str]:

@@ -367,3 +367,54 @@ def test_the_bias_that_an_observer_shows_is_as_unsure_as_the_weight():
 def test_a_tolerance_that_is_none_is_refused(share):
     with pytest.raises(ConfigurationError, match='give a share'):
         FitSettings(body_tolerance=share)
+
+
+def pendulum_of(effort_scale):
+    """Return a recorded pendulum, and its model, whose effort is off by a factor."""
+    t = np.arange(0.0, 40.0, 0.004)
+    q, v, a = sines(t, [(0.8, 0.7), (0.2, 2.9)])
+    model = pendulum_model(1.0, 0.25, armature=0.0)
+    tau = rigid_effort(model, q[:, None], v[:, None], a[:, None])[:, 0]
+    tau += TRUTH['coulomb'] * np.sign(v) + TRUTH['viscous'] * v
+    tau += np.random.default_rng(SEED).normal(0.0, 0.01, len(t))
+    return recording(('joint',), t, q, effort_scale * tau), model
+
+
+TRUTH = {'coulomb': 0.2, 'viscous': 0.1}
+
+
+def test_a_factor_on_all_of_the_weight_may_be_the_torque_constant_and_is_in_the_errors():
+    """Unless the bodies are said to be as wrong: then the effort is what it says."""
+    log, model = pendulum_of(1.2)
+    analysis = analyse_log(log, model, FitSettings())
+    (told,) = [f for f in analysis.data_checks.findings if f.check == 'effort_scale']
+    assert told.level == 'warning'
+    assert 'need 1.2 times the effort' in told.sentence
+    friction = analysis.model.joints['joint'].friction.parameters
+    stated = analyse_log(log, model, FitSettings(body_tolerance=0.4))
+    sure = stated.model.joints['joint'].friction.parameters
+    assert 'effort_scale' not in {f.check for f in stated.data_checks.findings}
+    for name, truth in TRUTH.items():
+        assert friction[name].may_be(truth)
+        assert friction[name].may_be(1.2 * truth)
+        assert not friction[name].may_be(1.5 * truth)
+        assert not sure[name].may_be(truth)
+
+
+def test_bodies_that_changed_by_more_than_a_factor_are_no_torque_constant():
+    """A weight beside its joint's axis turns gravity, which no scale of effort does."""
+    known, model = pendulum_of(1.0)
+    beside = 0.5 * 0.25 * 9.81 * np.cos(known.q)
+    analysis = analyse_log(replace(known, tau=known.tau + beside), model, FitSettings())
+    assert analysis.body is not None
+    assert analysis.body.scales == {}
+
+
+def test_bodies_that_are_off_by_more_than_masses_are_is_a_warning():
+    known, model = pendulum_of(1.0)
+    beside = 1.5 * 0.25 * 9.81 * np.cos(known.q)
+    analysis = analyse_log(replace(known, tau=known.tau + beside), model, FitSettings())
+    (told,) = [f for f in analysis.data_checks.findings if f.check == 'rigid_body']
+    assert analysis.body.tolerance >= 1.0
+    assert told.level == 'warning'
+    assert 'see the unit and zero of position, a gear ratio' in told.sentence

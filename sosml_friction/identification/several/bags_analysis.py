@@ -141,8 +141,14 @@ def consolidate_analyses(
         shared: dict[str, float] = {}
         for analysis in analyses.values():
             if analysis.body is not None:
-                for name, more in analysis.body.variance.get(joint, {}).items():
-                    shared[name] = max(more, shared.get(name, 0.0))
+                more = dict(analysis.body.variance.get(joint, {}))
+                laws = analysis.fit.joints.get(joint, {})
+                used = preferred_observer(laws)
+                shift = analysis.body.shift_by_scale(joint, laws[used].fit) if used else {}
+                for name, by in shift.items():
+                    more[name] = more.get(name, 0.0) + by**2
+                for name, variance in more.items():
+                    shared[name] = max(variance, shared.get(name, 0.0))
         entries = {o: consolidate(joint, o, unit, fits, found, own_bias, shared) for o in known}
         if any(entry.preferred for entry in entries.values()):
             joints[joint] = {o: entry for o, entry in entries.items() if entry.preferred}
