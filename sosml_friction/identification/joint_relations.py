@@ -48,6 +48,8 @@ _ONE_TOP, _ONE_S = 0.99, 0.1
 #: Times that lost signs are taken from what fits those before. Chosen, no measurement: they settle
 #: within ten.
 _TURNS = 30
+#: A scale nearer to 1 than this is not told: gains of currents and masses differ by as much.
+SCALE = 1.5
 #: What a reported velocity may be instead of the slope of position, and its factor.
 VELOCITY_UNITS: Mapping[str, Mapping[str, float]] = {
     'Nm': {
@@ -70,6 +72,9 @@ _POSITION_UNITS = {
     },
     'N': {'mm': 1e3, 'cm': 1e2, 'm that were taken for mm': 1e-3},
 }
+#: Gears, of which gravity tells by its shape. So near to 1 a spring beside other masses has nearly
+#: the same: it is one if the masses are the URDF's.
+_GEARS = {'rad before a gear of 2': 2.0, 'rad behind a gear of 2': 0.5}
 
 
 @dataclass(frozen=True)
@@ -240,7 +245,10 @@ def lost_sign(
             for state in zip(log.q[rows], slopes.v[rows], slopes.a[rows], strict=True)
         ]
     )
-    best = min(left(np.sign(start)) for start in (v[rows], need))
+    # What is far from 0 has one sign between changes of it: it says what the rest needs.
+    far = tau > np.median(tau)
+    by_far = X @ np.linalg.lstsq(X[far], tau[far], rcond=1e-9)[0]
+    best = min(left(np.sign(start)) for start in (v[rows], need, by_far))
     return best, float(np.linalg.norm(tau - U @ (U.T @ tau))) / whole
 
 
@@ -292,6 +300,12 @@ class EffortRelation:
     def tells(self) -> bool:
         """Tell whether the bodies explain half of the variance that friction leaves."""
         return abs(self.scale) > 5.0 * self.error and self.free**2 < 0.5 * self.alone**2
+
+    @property
+    def by_bodies(self) -> float:
+        """Return what the bodies leave in the unit as it is, of any mass or from any zero."""
+        turned = self.zero is not None and 1.0 / SCALE < self.zero.scale < SCALE
+        return min(self.free, self.as_it_is, self.zero.misfit if turned else np.inf)
 
     @property
     def fits(self) -> bool:
@@ -361,7 +375,9 @@ def effort_relation(
         found = left(np.column_stack([*(x for _, x in columns), friction]), tau)[0]
         parts = [float(found[0]), float(found[1])]
     unit, unit_scale, unit_misfit = None, np.nan, np.nan
-    for name, per_unit in _POSITION_UNITS[robot.effort_units[i]].items():
+    turns = robot.effort_units[i] == 'Nm'
+    tried = _POSITION_UNITS[robot.effort_units[i]] | (_GEARS if turns else {})
+    for name, per_unit in tried.items():
         for own in (np.ones(robot.n), np.full(robot.n, per_unit)):
             own = own.copy()
             own[i] = per_unit
@@ -369,10 +385,12 @@ def effort_relation(
             if np.ptp(column) <= 1e-12 * size:
                 continue
             other, misfit, _ = left(np.column_stack([column, friction]), tau)
+            if name in _GEARS:
+                misfit = left(friction, tau - column)[1]
             if 1 / 3 < other[0] < 3.0 and not misfit >= unit_misfit:
                 unit, unit_scale, unit_misfit = name, float(other[0]), misfit
     zero = None
-    if robot.effort_units[i] == 'Nm':
+    if turns:
         # About its axis gravity turns with the joint: g(q + z) = cos z g(q) + sin z g(q + pi / 2).
         quarter = np.where(np.arange(robot.n) == i, 0.5 * np.pi, 0.0)
         turned = [gravity, np.array([robot.gravity(own)[i] for own in q + quarter])]

@@ -130,6 +130,40 @@ def test_an_effort_without_its_sign_is_refused_and_one_of_one_sign_by_right_is_n
     assert np.isfinite(log.tau[:, 1]).all()
 
 
+def pendulum_log(seed, reach):
+    """Return a pendulum with a knee, cogging and noise that swings to one side of hanging."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 20.0, PERIOD)
+    size, w = rng.uniform(0.2, 1.0), rng.uniform(0.3, 2.0)
+    q, v, a = sines(t, [(size, w), (0.1 * size, 3.3 * w)])
+    q += size * reach
+    tau = 0.08 * a + 9.81 * 0.25 * np.sin(q) + 0.1 * v
+    tau += (rng.uniform(0.1, 0.5) + 0.2 * np.exp(-np.abs(v) / 0.05)) * np.sign(v)
+    tau += 0.05 * np.sin(10.0 * q) + rng.normal(0.0, 0.01, len(t))
+    nothing = np.full((len(t), 1), np.nan)
+    stamps = np.rint(t * 1e9).astype(np.int64)
+    return JointLog(('joint',), stamps, q[:, None], nothing, tau[:, None])
+
+
+def test_signs_that_friction_alone_turned_are_missed_beside_a_weight():
+    """A pendulum on one side: near hanging alone its friction is more than its weight."""
+    robot = pendulum_model(1.0, 0.25, armature=0.0).make_robot()
+    for seed in (0, 2, 3, 4, 5, 6, 8, 9):
+        log = pendulum_log(seed, 1.0)
+        assert 0.05 < np.mean(log.tau < 0.0) < 0.2
+        with pytest.raises(DataError, match='never changes its sign'):
+            check_data(replace(log, tau=np.abs(log.tau)), robot, '', ('joint',))
+
+
+def test_one_sign_by_right_is_never_taken_for_a_lost_one():
+    """Lifted until it hardly touches 0."""
+    robot = pendulum_model(1.0, 0.25, armature=0.0).make_robot()
+    for seed in range(20):
+        log = pendulum_log(seed, 1.2)
+        lifted = replace(log, tau=log.tau - log.tau.min() + 0.001)
+        assert check_data(lifted, robot, '', ('joint',))[1].refused == {}
+
+
 def test_a_glitch_of_an_encoder_is_left_out(good, robot):
     q = good.q.copy()
     q[[500, 1700], 1] += 3.0
@@ -350,6 +384,24 @@ def test_positions_in_another_unit_are_told_by_gravity_without_any_limit(
 def test_an_effort_in_another_unit_is_told_by_gravity_and_inertia(swing, robot, factor, said):
     with pytest.raises(DataError, match=f'{said}.* times what .*not in Nm'):
         check_data(in_unit(swing, tau=factor), robot)
+
+
+@pytest.mark.parametrize(('gear', 'said'), [(2.0, 'before a gear of 2'), (0.5, 'behind a gear')])
+def test_a_gear_of_2_is_told_by_the_shape_of_gravity(gear, said):
+    t = np.arange(0.0, 30.0, PERIOD)
+    q, v, a = sines(t, [(0.9, 0.8), (0.3, 2.1)])
+    tau = 0.0625 * a + 9.81 * 0.25 * np.sin(q) + 0.2 * np.sign(v) + 0.1 * v
+    tau += np.random.default_rng(7).normal(0.0, 0.02, len(t))
+    robot = pendulum_model(1.0, 0.25, armature=0.0).make_robot()
+    nothing = np.full((len(t), 1), np.nan)
+    stamps = np.rint(t * 1e9).astype(np.int64)
+    log = JointLog(('joint',), stamps, q[:, None], nothing, tau[:, None])
+    assert found(log, robot) == set()
+    with pytest.raises(DataError, match=f'is in rad {said}'):
+        check_data(replace(log, q=gear * log.q), robot)
+    # A spring and a mass of its own have a similar shape, and are no gear.
+    own = replace(log, tau=log.tau + log.q - 0.6 * 9.81 * 0.25 * np.sin(log.q))
+    assert 'position_unit' not in found(own, robot)
 
 
 def test_an_effort_that_is_off_by_a_torque_constant_is_told_and_used(swing, robot):
