@@ -48,10 +48,10 @@ _OTHER_VELOCITY = 1.2
 #: The misfit of another hypothesis is at most this share of that of the data as they are, and of
 #: one that is to refuse a joint. Chosen, no measurement.
 _WELL, _FAR = 0.5, 1.0 / 3.0
-#: The same of an effort that lost its sign. Of 200 pendulums, with cogging and a knee that the check
-#: does not know, efforts lifted until they hardly touch 0 had 0.96 at least, and lost signs of a
-#: tenth of the samples and more 0.04 to 0.31 for half of them
-#: (test_one_sign_by_right_is_never_taken_for_a_lost_one).
+#: The same of an effort that lost its sign. Of 200 pendulums with cogging and a knee, which the
+#: check does not know, efforts lifted until they hardly touch 0 had 0.96 at least, and lost signs
+#: of a tenth of the samples and more at most 0.31, three quarters of them (as in
+#: test_one_sign_by_right_is_never_taken_for_a_lost_one).
 _SIGNED = 0.75
 #: Masses of a URDF, a payload that it lacks included, are off by less than the first factor as a
 #: rule, and by less than the second always. Chosen, no measurement: A for Nm is 8 to 12 for a

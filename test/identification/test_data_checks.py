@@ -239,6 +239,14 @@ def test_jitter_and_gaps_are_measured(good, robot):
     assert [f.level for f in checks.findings] == [NOTE]
 
 
+def test_a_time_in_ms_that_was_taken_for_s_is_a_warning(good, robot):
+    slow = replace(good, t_ns=1000 * good.t_ns, v=np.full_like(good.v, np.nan))
+    (told,) = [f for f in check_data(slow, robot)[1].findings if f.check == 'sample_period']
+    assert told.level == 'warning'
+    assert told.sentence.startswith('samples are 4 s apart, and speed is taken over 0.1 s')
+    assert '--time COLUMN:ms' in told.sentence
+
+
 def test_the_resolution_of_an_encoder_is_found(good, robot):
     step = 2.0 * np.pi / 2**14
     _, checks = check_data(replace(good, q=step * np.round(good.q / step)), robot)
