@@ -75,6 +75,18 @@ def test_noise_rounding_and_lost_samples_are_no_ripple():
     assert len(alarms) <= binom.isf(0.01, SEEDS * len(ENCODERS), 0.01)
 
 
+def test_lines_of_rounding_that_fold_into_the_band_are_no_ripple_where_a_speed_settles():
+    """Of 1565 counts a second, at 1 kHz, the second line is seen at 130 Hz, the first at 435."""
+    t = np.arange(0.0, 1.5, 0.001)
+    rest = np.zeros(300)
+    settling = 0.3 * (1.0 + 0.03 * np.exp(-t / 0.2))
+    v = np.concatenate([rest, settling, rest, -settling, rest])
+    for seed in range(SEEDS):
+        found = measure_ripple(*read(0.001 * np.cumsum(v), 0.001, 0.3 / 1565, 0.0, 0.0, seed))
+        assert len(found) == 2
+        assert {own.kind for own in found} == {''}
+
+
 @pytest.mark.parametrize('encoder', ['servo', 'fine', 'white', 'slow', 'lossy'])
 @pytest.mark.parametrize(('size', 'frequency'), [(0.006, 24.0), (0.003, 8.0)])
 def test_a_sine_is_found_with_its_size_and_frequency(encoder, size, frequency):
