@@ -30,9 +30,12 @@ from sosml_friction.identification.joint_relations import (
 from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.effort_delay import LARGEST_S
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.kernels import runs
 
+#: What a finding is called of effort that is late by a joint alone, and later than fits undo.
+BY_JOINT, TOO_LATE = 'effort_lag', 'effort_too_late'
 #: Motion in one direction for less than this says nothing [s], and so does less than this share of
 #: that in the other direction. Chosen, no measurement.
 _LEAST_MOTION_S, _LEAST_SHARE = 0.15, 0.02
@@ -307,7 +310,8 @@ def _refusal(
         return 'dissipation', (
             f'the effort of joint {name} is {-2.0 * level:.3g} {unit} smaller when it moves '
             f'forwards than backwards, so friction would drive it{bodies}: turn the sign of its '
-            'effort, or of its position, in the driver or the mapping'
+            'effort, or of its position, in the driver or the mapping, unless something else '
+            'moves the joint, as a hand does: then record it moved by its own motor'
         )
     if effort is not None and effort.tells and _is_unit(effort):
         return 'effort_unit', (
@@ -379,7 +383,14 @@ def _told(robot: Robot, i: int, effort: EffortRelation) -> list[DataFinding]:
             f'shifted, {_percent(effort.late_misfit)} of it are left unexplained and '
             f'{_percent(effort.free)} as it is'
         )
-        found.append(DataFinding('effort_lag', name, WARNING, what))
+        check = BY_JOINT
+        if effort.late_s > LARGEST_S:
+            check = TOO_LATE
+            what += (
+                f'. No fit undoes more than {1e3 * LARGEST_S:.0f} ms: what is left of it is in '
+                'the law; see the clocks of both, or shift it in the table'
+            )
+        found.append(DataFinding(check, name, WARNING, what))
     return found
 
 

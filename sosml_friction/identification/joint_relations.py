@@ -30,8 +30,8 @@ WINDOW_S = 0.1
 _ROWS, _FEWEST_ROWS = 800, 30
 #: The rows of one cluster of the jackknife [s].
 _CLUSTER_S = 1.0
-#: Longest delay that is tried [s].
-_LONGEST_S = 0.06
+#: Longest delay that is tried [s], and of an effort that is as late. Chosen, no measurement.
+_LONGEST_S, _LATEST_S = 0.06, 0.1
 #: A delay is told if it takes this share off the misfit, and more than a period and a half.
 _BETTER = 0.7
 #: Mean of the sign of velocity over the window where a joint moves in one direction: rounding.
@@ -421,7 +421,17 @@ def _delay(
 
     The columns are free, so that wrong masses are no delay. No effort comes before its cause.
     """
-    most = int(_LONGEST_S / slopes.period)
+    found = _delay_within(_LONGEST_S, tau, rows, slopes, *columns)
+    if round(found[0] / slopes.period) < int(_LONGEST_S / slopes.period):
+        return found
+    return _delay_within(_LATEST_S, tau, rows, slopes, *columns)
+
+
+def _delay_within(
+    longest_s: float, tau: FloatArray, rows: IndexArray, slopes: Slopes, *columns: FloatArray
+) -> tuple[float, float]:
+    """Return the same of delays of so long at most."""
+    most = int(longest_s / slopes.period)
     kept = _known_around(tau, most)[rows]
     if kept.sum() < _FEWEST_ROWS:
         return 0.0, np.nan

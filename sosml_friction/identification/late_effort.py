@@ -24,8 +24,8 @@ from sosml_friction.regression.evidence import AT_BOUND
 from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.rival import VERY_STRONG
 
-#: Name of the finding on all joints together, and of the one on a single joint.
-LATE, BY_JOINT = 'late_effort', 'effort_lag'
+#: What a finding about it is called.
+LATE = 'late_effort'
 #: The term that says by how much.
 DELAY = 'effort_delay'
 
@@ -87,7 +87,12 @@ class LateEffort:
         told = plus_minus(1e3 * abs(self.delay_s), 1e3 * Z_95 * self.std_error, 'ms')
         number = abs(self.samples)
         when, taken, cause = (
-            ('after', 'sooner', 'a filter or a queue in the driver does so')
+            (
+                'after',
+                'sooner',
+                'a filter or a queue in the driver does so, or the position is early, as a '
+                'set-point is that was logged for it',
+            )
             if self.samples > 0
             else ('before', 'later', 'a late position does so, or a command logged as effort')
         )

@@ -34,7 +34,7 @@ from sosml_friction.identification.friction_fit import (
     with_variance,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
-from sosml_friction.identification.late_effort import BY_JOINT
+from sosml_friction.identification.joint_checks import BY_JOINT, TOO_LATE
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.number_text import joint_text, plus_minus
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
@@ -147,7 +147,9 @@ def analyse_log(
         log = compared.late.undone(log)
         # All joints together tell it better than each by itself.
         others = [found for found in checks.findings if found.check != BY_JOINT]
-        checks = replace(checks, findings=(*others, compared.late.finding()))
+        # Of effort that is later than they look for they find a part.
+        told = [] if any(f.check == TOO_LATE for f in others) else [compared.late.finding()]
+        checks = replace(checks, findings=(*others, *told))
     body, timing, measured = compared.refit, compared.timing if silent else None, compared.timing
     # One time is compared with one hold: not where joints have several, nor with means of samples.
     one = not silent and compared.late is None and len({*holds}) == together == 1

@@ -274,6 +274,8 @@ def test_an_effort_of_the_wrong_sign_refuses_its_joint_and_no_other(good, robot,
     log, checks = check_data(replace(good, tau=tau), robot)
     assert list(checks.refused) == [robot.names[i]]
     assert 'friction would drive it' in checks.refused[robot.names[i]]
+    # A hand that moves a joint drives it as well.
+    assert 'unless something else moves the joint' in checks.refused[robot.names[i]]
     assert np.isnan(log.tau[:, i]).all()
     assert np.isfinite(log.tau[:, 1 - i]).all()
 
@@ -316,6 +318,17 @@ def test_a_late_velocity_and_a_late_effort_are_told_with_their_delay(good, robot
     assert '24 ms late' in late.findings[0].sentence
     late = check_data(replace(good, tau=good.tau[rows]), robot)[1]
     assert {f.check for f in late.findings} == {'effort_lag'}
+
+
+def test_an_effort_that_is_later_than_fits_undo_is_told_with_its_delay(good, robot):
+    rows = np.maximum(np.arange(len(good)) - 20, 0)
+    late = check_data(replace(good, tau=good.tau[rows]), robot)[1]
+    assert {f.check for f in late.findings} == {'effort_too_late'}
+    for told in late.findings:
+        assert told.level == 'warning'
+        delay_ms = float(re.search(r'is (\S+) ms late', told.sentence)[1])
+        assert delay_ms == pytest.approx(80.0, abs=8.0)
+        assert 'shift it in the table' in told.sentence
 
 
 def sticking(dwell: float, late: int) -> JointLog:

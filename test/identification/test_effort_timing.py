@@ -222,3 +222,10 @@ def test_a_regression_surer_than_its_prior_tells_the_timing_and_another_one_noth
     end = EffortTiming.of(0.0055, 0.0001, prior, step)
     assert end.later(step) == pytest.approx(1.0, abs=0.02)
     assert (end.hold(step), end.std_error < 0.001) == ('end', True)
+
+
+def test_an_effort_that_is_late_may_be_a_position_that_is_early():
+    """A set-point that was logged for the position comes before the motion."""
+    told = LateEffort(7.1e-3, 1e-4, 2e-3, 4).finding().sentence
+    assert 'after the motion' in told
+    assert 'or the position is early, as a set-point is that was logged for it' in told

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sosml_friction.identification.fitted_model import preferred_observer
+from sosml_friction.identification.fitted_model import preferred_observer, unusable_reason
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import JOINT, Consolidated
@@ -85,7 +85,7 @@ def _bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None) -> dict
             for joint, entries in consolidation.joints.items()
         },
         'alternatives': {},
-        'unavailable': consolidation.unavailable,
+        'unavailable': {**consolidation.unavailable, **_unmodelled(analysis)},
         'model': {
             joint: observer
             for joint, observer in consolidation.model.items()
@@ -101,6 +101,16 @@ def _bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None) -> dict
     return to_plain(document)
 
 
+def _unmodelled(analysis: BagsAnalysis) -> dict[str, str]:
+    """Return why a joint that was fitted to all recordings has no friction in the model."""
+    apart = analysis.consolidation
+    return {
+        joint: unusable_reason(apart.joints[joint][observer].parameters)
+        for joint, observer in apart.model.items()
+        if analysis.model.joints[joint].friction is None
+    }
+
+
 def _recording(label: str, analysis: BagAnalysis) -> dict[str, Any]:
     provenance = analysis.model.provenance
     known = ('sha256', 'start_ns', 'end_ns', 'samples', 'recovered', 'versions')
@@ -112,7 +122,7 @@ def _own_fits(analysis: BagAnalysis, views: Sequence[JointView]) -> dict[str, An
     entry: dict[str, Any] = {
         'joints': {view.name: view.fits for view in views if view.fits},
         'alternatives': {view.name: view.alternatives for view in views if view.fits},
-        'unavailable': analysis.fit.unavailable,
+        'unavailable': {**analysis.fit.unavailable, **analysis.unmodelled},
     }
     body = analysis.body
     found = {

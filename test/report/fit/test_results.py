@@ -48,6 +48,28 @@ def test_the_document_follows_its_schema(analysis, one_joint_analysis, truth):
     assert set(document['unavailable']) == {'elbow'}
 
 
+def test_the_document_says_why_a_joint_that_was_fitted_has_no_friction_in_the_model(analysis):
+    why = 'its 95 % interval is 0 to 0.05 Nm s/rad, which does not leave out 0'
+    fits = {}
+    for observer, one in analysis.fit.joints['elbow'].items():
+        unsure = {'viscous': Parameter.not_told('Nm s/rad', why)}
+        law = dataclasses.replace(one.fit, parameters={**one.fit.parameters, **unsure})
+        fits[observer] = dataclasses.replace(one, fit=law)
+    elbow = dataclasses.replace(analysis.model.joints['elbow'], friction=None)
+    unsure_one = dataclasses.replace(
+        analysis,
+        fit=dataclasses.replace(analysis.fit, joints={**analysis.fit.joints, 'elbow': fits}),
+        model=dataclasses.replace(
+            analysis.model, joints={**analysis.model.joints, 'elbow': elbow}
+        ),
+    )
+    document = results.fit_document(unsure_one)
+    check(document)
+    assert document['unavailable']['elbow'] == f'viscous is not identifiable: {why}'
+    assert 'elbow' not in document['model']
+    assert 'elbow' in document['joints']
+
+
 def test_the_schema_refuses_what_is_not_a_fit(analysis):
     document = results.fit_document(analysis)
     document['joints']['shoulder']['sosml']['parameters']['coulomb']['value'] = 'much'
