@@ -26,6 +26,9 @@ _WITH_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)')
 _LABEL = re.compile(r'([^\W\d][^:=]*?)\s*[:=]\s*([+-]?[\d.].*)')
 #: What a serial monitor puts between the time of a line and the line.
 _ARROW = re.compile(r'^(\s*\d+:\d+:[\d.,]+)\s*->')
+#: Kana or kanji side by side. A letter with an accent takes the next one for a kanji in code page
+#: 932; two of them, four letters of which each first one has an accent, no European word has.
+_JAPANESE = re.compile('[\u3041-\u30ff\u4e00-\u9fff]{2}')
 _IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
 #: Lines that a header may have: a group of columns, names, units, a description.
 _HEADER = 4
@@ -44,7 +47,8 @@ def read_text_table(path: Path, raw: bytes) -> Columns:
     """
     Return the cells of each column of a text, ``raw``, that stands in a file.
 
-    The text is UTF-8, UTF-16 with its mark, or of Windows (code page 1252). Columns are parted by
+    The text is UTF-8, UTF-16 with its mark, or of Windows: code page 932 where that makes kana or
+    kanji of it, else 1252. Columns are parted by
     comma, semicolon, tab, bar, or any white space; where it is not the comma, a decimal comma is
     read as a point. What parts them may stand behind the last number of a row too. The header is
     what stands above the numbers, with ``#`` or ``%`` before it or without: names, units in a line
@@ -199,12 +203,20 @@ def _text(path: Path, raw: bytes) -> str:
     if raw[1:4:2] == b'\0\0' and 0 not in raw[:4:2]:
         return raw.decode('utf-16-le', errors='replace')
     # What is no text has bytes of 0.
-    known = ('utf-16',) if is_wide else ('utf-8-sig',) if b'\0' in raw else ('utf-8-sig', 'cp1252')
+    known = (
+        ('utf-16',)
+        if is_wide
+        else ('utf-8-sig',)
+        if b'\0' in raw
+        else ('utf-8-sig', 'cp932', 'cp1252')
+    )
     for encoding in known:
         try:
-            return raw.decode(encoding)
+            text = raw.decode(encoding)
         except UnicodeDecodeError:
             continue
+        if encoding != 'cp932' or _JAPANESE.search(text):
+            return text
     raise DataError(f'{path} is no readable CSV file: save it as text in UTF-8')
 
 

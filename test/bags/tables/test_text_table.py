@@ -101,6 +101,33 @@ def test_columns_of_words_and_missing_values_do_not_hide_the_header(tmp_path):
     assert list(data.series()) == ['t', 'q']
 
 
+@pytest.mark.parametrize('names', ['時間[s],角度[deg]', '時間,モータ電流'])
+def test_a_table_of_a_japanese_spreadsheet_is_read(tmp_path, names):
+    path = tmp_path / 'jp.csv'
+    raw = f'# 関節試験\n{names}\n0.0,1.5\n0.1,2.5\n'.encode('cp932')
+    path.write_bytes(raw)
+    assert list(read_text_table(path, raw)) == names.split(',')
+
+
+@pytest.mark.parametrize(
+    'names',
+    [
+        'Zählung;größte Weg-Länge',
+        'Prüfstand;Drehgeschwindigkeit °/s',
+        'Öffnungsäußerung;Rückübertragung',
+        'température;créée à Besançon',
+        'posição;ângulo é',
+        'vääntö;jännite',
+        'vinkel på ø-å æ;måling',
+    ],
+)
+def test_a_table_of_a_european_spreadsheet_is_not_taken_for_japanese(tmp_path, names):
+    path = tmp_path / 'eu.csv'
+    raw = f'{names}\n0,0;1,5\n0,1;2,5\n'.encode('cp1252')
+    path.write_bytes(raw)
+    assert list(read_text_table(path, raw)) == names.split(';')
+
+
 @pytest.mark.parametrize('encoding', ['utf-8', 'utf-8-sig', 'utf-16', 'utf-16-le', 'cp1252'])
 def test_a_table_is_read_in_the_encodings_of_spreadsheets(tmp_path, encoding):
     (tmp_path / 'x.csv').write_text('t;Winkel [°]\n0;1,5\n1;2,5\n', encoding=encoding)
