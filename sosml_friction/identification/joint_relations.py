@@ -247,7 +247,7 @@ def lost_sign(
     )
     # What is far from 0 has one sign between changes of it: it says what the rest needs.
     far = tau > np.median(tau)
-    by_far = X @ np.linalg.lstsq(X[far], tau[far], rcond=1e-9)[0]
+    by_far = U @ np.linalg.lstsq(U[far], tau[far], rcond=1e-9)[0]
     best = min(left(np.sign(start)) for start in (v[rows], need, by_far))
     return best, float(np.linalg.norm(tau - U @ (U.T @ tau))) / whole
 
