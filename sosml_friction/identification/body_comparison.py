@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -149,6 +149,7 @@ class BodyComparison:
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
             doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
 
+            @cache
             def fitted_friction() -> FrictionBeside:
                 step('fitting friction beside the rigid body')
                 return friction_beside(again(bare, listed), again(bare, hidden))

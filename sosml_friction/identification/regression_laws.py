@@ -23,15 +23,21 @@ def with_regression(
     Return the fits with the laws of the regression, and friction by load beside them.
 
     * Of joints in which the weak form has no fit.
-    * Of those whose friction by load is shown, or whose effort repeats with position: the weak
-      form has neither, and takes them for a Stribeck term, or for C and B.
+    * Of those whose friction by load is shown: what the weak form, which has none, takes for a
+      Stribeck term is that.
+    * Of those whose effort repeats with position, where it is surer of C: to the weak form that is
+      noise, which goes with C and B.
     * Beside refitted bodies, of all in which the weak form finds no Stribeck term.
     """
     refitted = compared.refit is not None and bool(compared.refit.laws)
 
     def is_better(name: str, fits: Mapping[str, JointFit]) -> bool:
-        if WEAK_FORM not in fits or name in compared.loads or name in compared.repeats:
+        if WEAK_FORM not in fits or name in compared.loads:
             return True
+        if name in compared.repeats:
+            own, law = fits[WEAK_FORM].fit, compared.friction()[0].get(name)
+            # What is no number has an error that is none.
+            return law is not None and not _error(law) >= _error(own)
         return refitted and 'stribeck' not in fits[WEAK_FORM].fit.drawn
 
     wanted = [name for name, fits in fit.joints.items() if is_better(name, fits)]
@@ -43,6 +49,11 @@ def with_regression(
         if name in laws:
             joints[name][REGRESSION] = _with_law(joints[name], laws[name])
     return replace(fit, joints=joints), loads
+
+
+def _error(law: LawFit) -> float:
+    """Return the standard error of C."""
+    return law.parameters['coulomb'].std_error
 
 
 def _with_law(fits: Mapping[str, JointFit], law: LawFit) -> JointFit:
