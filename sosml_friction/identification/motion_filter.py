@@ -35,16 +35,17 @@ def smooth_motion(
 
     :param h: of the intervals (N,) [s]; ``mobility`` (N, n, n) the inverse of M; ``drive``,
         ``slope`` (N, n); ``white`` (N, n) variance of the drive; ``kept`` (N,).
-    :param friction: variance of d (n,); ``position``, ``velocity``: of what is measured (n,).
-    :param q: (N + 1, n), as are ``slow``, ``free`` and ``counted``, which innovations of a
-        position count in the likelihood.
+    :param friction: variance of d (n,); ``velocity``: of what is measured (n,).
+    :param q: (N + 1, n), as are its variance ``position``, ``slow``, ``free`` and ``counted``,
+        which innovations of a position count in the likelihood.
     """
     count, n = q.shape
     m = 3 * n
     x, P = np.zeros(m), np.zeros((m, m))
     for i in range(n):
         x[i], x[n + i] = q[0, i], slow[0, i]
-        P[i, i], P[n + i, n + i], P[2 * n + i, 2 * n + i] = position[i], velocity[i], friction[i]
+        P[i, i], P[n + i, n + i] = position[0, i], velocity[i]
+        P[2 * n + i, 2 * n + i] = friction[i]
     stored = count if back else 1
     # Filtered states, transitions, and per measurement gain, innovation and its variance.
     states, spreads = np.zeros((stored, m)), np.zeros((stored, m, m))
@@ -79,7 +80,7 @@ def smooth_motion(
             i = j % n
             if j >= n and not free[k, i]:
                 continue
-            measured, own = (q[k, i], position[i]) if j < n else (slow[k, i], velocity[i])
+            measured, own = (q[k, i], position[k, i]) if j < n else (slow[k, i], velocity[i])
             error, variance = measured - x[j], P[j, j] + own
             for a in range(m):
                 K[a] = P[a, j] / variance

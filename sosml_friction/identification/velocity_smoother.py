@@ -100,6 +100,9 @@ class VelocitySmoother:
         still = np.abs(v) <= [x.zero_band for x in noise]
         # Where the law does not say what friction is.
         self.free = still | unsure | [law is None for law in laws]
+        # A rounded position that is read again and again is one reading, however often.
+        again = np.column_stack([repeats(x) for x in q.T])
+        self._position = again * np.square([x.position for x in noise])
         # After it the filter has to find its way again.
         lost = round(lasting[0] / step)
         self._counted = minimum_filter1d(~self.free, 2 * lost + 1, axis=0)
@@ -181,7 +184,7 @@ class VelocitySmoother:
             white * self._factor,
             np.array([x.friction**2 for x in self.noise]) * self._factor,
             np.exp(-h / self.noise[0].lasting_s),
-            np.array([x.position**2 for x in self.noise]),
+            self._position[part],
             self._first[part],
             self.free[part],
             self._counted[part],
@@ -208,3 +211,10 @@ class VelocitySmoother:
                 unlikely, bounds=_FACTORS, method='bounded', options={'xatol': 0.5}
             )
             self._factor[i] = np.exp(found.x)
+
+
+def repeats(q: FloatArray) -> FloatArray:
+    """Return how often each position is read in a row (N,): together they are one reading."""
+    first = np.flatnonzero(np.append(True, np.diff(q) != 0.0))
+    count = np.diff(np.append(first, len(q)))
+    return np.repeat(count, count).astype(float)

@@ -23,7 +23,7 @@ def problem(n):
         'white': rng.uniform(0.01, 0.1, (COUNT - 1, n)),
         'friction': rng.uniform(0.01, 0.04, n),
         'kept': rng.uniform(0.8, 0.9, COUNT - 1),
-        'position': rng.uniform(1e-6, 1e-5, n),
+        'position': rng.uniform(1e-6, 1e-5, (COUNT, n)),
         'slow': 0.1 * rng.standard_normal((COUNT, n)),
         'free': rng.uniform(size=(COUNT, n)) < 0.5,
         'counted': np.ones((COUNT, n), dtype=bool),
@@ -37,7 +37,7 @@ def all_at_once(p):
     m = 3 * n
     mean, spread = np.zeros((COUNT, m)), np.zeros((COUNT, m, COUNT, m))
     mean[0, :n], mean[0, n : 2 * n] = p['q'][0], p['slow'][0]
-    spread[0, :, 0] = np.diag(np.concatenate([p['position'], p['velocity'], p['friction']]))
+    spread[0, :, 0] = np.diag(np.concatenate([p['position'][0], p['velocity'], p['friction']]))
     for k in range(1, COUNT):
         h, one = p['h'][k - 1], np.eye(n)
         X = h * p['mobility'][k - 1] * p['slope'][k - 1]
@@ -65,7 +65,7 @@ def all_at_once(p):
         for i in range(n):
             picks.append(k * m + i)
             values.append(p['q'][k, i])
-            noise.append(p['position'][i])
+            noise.append(p['position'][k, i])
             if p['free'][k, i]:
                 picks.append(k * m + n + i)
                 values.append(p['slow'][k, i])
