@@ -52,6 +52,8 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
     # The laws of the first velocities are those that the second are smoothed by.
     first, _ = _each(form.law, wanted)
     form = form.with_laws([first.get(i) for i in range(len(names))])
+    second, _ = _each(form.law, wanted)
+    form = form.with_memory([second.get(i) for i in range(len(names))])
     found, failed = _each(form.fit, wanted)
     for i in wanted:
         name = names[i]

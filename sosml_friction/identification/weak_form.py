@@ -18,6 +18,7 @@ from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.law.friction_memory import followed
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_rows import LawRows
@@ -155,6 +156,8 @@ class WeakForm:
     def _take(self, log: JointLog) -> None:
         """Pose the regression with the velocities of ``log``."""
         self._rows: dict[tuple[int, float | None], LawRows] = {}
+        # Of joints whose friction follows its law over a distance: how far it is from it, (N,).
+        self._lags: dict[int, FloatArray] = {}
         twisted = self.robot if self.settings.refit_inertia else None
         self._log, self._stretches, self._pieces = log, [], []
         stretches = self._sampler.stretches(log)
@@ -188,7 +191,7 @@ class WeakForm:
         rise = tau[rows] - tau[np.append(rows[0], rows[:-1])]
         return np.where(np.isfinite(rise), rise, 0.0)
 
-    def with_laws(self, fits: Sequence[LawFit | None]) -> WeakForm:
+    def with_laws(self, fits: Sequence[LawFit | None], lag: FloatArray | None = None) -> WeakForm:
         """
         Return the weak form with velocities smoothed by the torque that drove the joints.
 
@@ -196,6 +199,7 @@ class WeakForm:
         that the slope of a position does not. Exact positions stay as they are.
 
         :param fits: the law of each joint; None where it has none.
+        :param lag: how much more than these laws friction is before each sample, (N, n).
         """
         # Less than the rounding of a number is no noise: most third differences were 0.
         rounding = np.spacing(np.max(np.abs(np.nan_to_num(self._log.q)), axis=0))
@@ -228,6 +232,8 @@ class WeakForm:
             rows = stretch.rows
             if len(rows) > _FEWEST_SAMPLES:
                 samples = MomentumSamples(*(column[1:] for column in stretch.samples.columns))
+                if lag is not None:
+                    samples = replace(samples, forcing=samples.forcing - lag[rows[1:]])
                 v[rows], variance[rows] = VelocitySmoother(
                     samples, self._log.q[rows], v[rows], laws, noise, factor, self._half
                 ).run()
@@ -235,6 +241,25 @@ class WeakForm:
         form._variance, form._unsmoothed = variance, self
         form._take(replace(self._log, v=v))
         return form
+
+    def with_memory(self, fits: Sequence[LawFit | None]) -> WeakForm:
+        """
+        Return the weak form with velocities smoothed by friction that follows over a distance.
+
+        That is :mod:`~sosml_friction.identification.law.friction_memory`. Where no joint shows it,
+        nothing changes.
+
+        :param fits: the law of each joint by this form; None where it has none.
+        """
+        if self._unsmoothed is None or not self._lags:
+            return self
+        lag = np.zeros_like(self._log.q)
+        for i, its in self._lags.items():
+            lag[:, i] = its
+        form = self._unsmoothed.with_laws(fits, lag)
+        # A joint whose velocities are surer without it keeps them.
+        lost = np.isfinite(self._variance).any(axis=0) & ~np.isfinite(form._variance).any(axis=0)
+        return self if lost.any() else form
 
     def _velocity(self, log: JointLog, maximum_gap_s: float) -> FloatArray:
         """Return the slope of a cubic through a window about each sample, (N, n)."""
@@ -358,11 +383,21 @@ class WeakForm:
         off = np.sqrt(3.0) * noise[slow]
         around = np.concatenate([v, v[slow] - off, v[slow] + off])
 
-        def unbiased(column: FloatArray) -> FloatArray:
+        def about(column: FloatArray) -> FloatArray:
             at = column[: len(v)].copy()
             below, above = np.split(column[len(v) :], 2)
             at[slow] += sign[slow] * (below + above - 2.0 * at[slow]) / 6.0
-            return means(at)
+            return at
+
+        def unbiased(column: FloatArray) -> FloatArray:
+            return means(about(column))
+
+        path = np.abs(v) * (self.time[rows] - self.time[first])
+        begun = np.isin(np.arange(len(v)), np.append(0, ends))
+
+        def following(column: FloatArray, distance: FloatArray) -> FloatArray:
+            at, x = about(column), distance[: len(v)]
+            return means(followed(at, path / x, begun) if (x > 0.0).all() else at)
 
         def beyond(zero_band: float) -> LawRows:
             still = np.abs(v) <= np.maximum(zero_band, _NOISES * noise)
@@ -396,12 +431,21 @@ class WeakForm:
             slowest = float(np.quantile(speeds, 0.02)) if len(speeds) else 0.0
             v0 = min(found.smoothing(), _STANDSTILL * slowest)
             found = beyond(v0) if v0 > zero_band else found
-        if self._unsmoothed is None or not smoothed.any():
+        if self._unsmoothed is None:
             return found
-        # The same rows, so that nothing but the velocities differs.
-        before = self._unsmoothed.rows(i, smoothing_velocity)
-        keep = before.keep & found.keep
-        return replace(found, keep=keep, unsmoothed=replace(before, keep=keep))
+        if smoothed.any():
+            # The same rows, so that nothing but the velocities differs.
+            before = self._unsmoothed.rows(i, smoothing_velocity)
+            keep = before.keep & found.keep
+            found = replace(found, keep=keep, unsmoothed=replace(before, keep=keep))
+        memory = found.memory(following)
+        if memory is None:
+            return found
+        if memory.shown:
+            dry = about(memory.dry)
+            self._lags[i] = np.zeros(len(self.time))
+            self._lags[i][rows] = followed(dry, path / memory.distance, begun) - dry
+        return found.with_memory(memory)
 
     def _friction(self, piece: _Piece, i: int) -> FloatArray:
         """Return the means of tau_f beside the bodies that the motion shows, (K,)."""

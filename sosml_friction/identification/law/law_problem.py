@@ -112,6 +112,14 @@ class LawProblem:
         (name,) = ViscousAsymmetry.amplitudes
         return self._with(name, self.speed)
 
+    def made_by(self, made: Callable[[FloatArray], FloatArray]) -> LawProblem:
+        """Return the problem with rows made in another way of what is dry friction."""
+        result = copy(self)
+        result.made = made
+        result._forget()
+        result._spanned = None
+        return result
+
     def beside(self, effort: FloatArray) -> LawProblem:
         """Return the problem of what is left beside an effort at all velocities."""
         result = copy(self)

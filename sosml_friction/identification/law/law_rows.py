@@ -12,6 +12,7 @@ import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
+from sosml_friction.identification.law.friction_memory import FrictionMemory, friction_memory
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_search import LawSearch, search_law
@@ -32,6 +33,7 @@ class LawRows:
     ``unsmoothed``: the same rows with velocities from positions alone, if ``v`` is smoothed by the
     torque, else None. ``held``: y if effort is held where samples were lost; None where none were
     lost. ``late``: y if effort acts one standard error later; None where it is known when it acts.
+    ``remembered``: y of the law if friction follows it over another distance; None where at once.
     """
 
     v: FloatArray
@@ -48,6 +50,7 @@ class LawRows:
     held: FloatArray | None = None
     late: FloatArray | None = None
     unsure: FloatArray | None = None
+    remembered: FloatArray | None = None
 
     @property
     def known(self) -> BoolArray:
@@ -95,6 +98,40 @@ class LawRows:
             held=each(self.held),
             late=each(self.late),
             unsure=each(self.unsure),
+            remembered=each(self.remembered),
+        )
+
+    def memory(
+        self, following: Callable[[FloatArray, FloatArray], FloatArray]
+    ) -> FrictionMemory | None:
+        """
+        Return over which distance friction follows its law, None where it follows at once.
+
+        :param following: as for :func:`~.friction_memory.friction_memory`.
+        """
+        return friction_memory(self._search, following, self.known)
+
+    def with_memory(self, memory: FrictionMemory) -> LawRows:
+        """
+        Return the rows of the law itself: y without what friction differs from it.
+
+        What is not known is another way: a distance that goes with friction, and one standard
+        error more of it; where it does not show, all of it.
+        """
+        if not memory.shown:
+            return replace(self, remembered=self.y - memory.effort)
+
+        def of_law(y: FloatArray | None) -> FloatArray | None:
+            return None if y is None else y - memory.effort
+
+        slope = self.unsmoothed
+        return replace(
+            self,
+            y=self.y - memory.effort,
+            unsmoothed=None if slope is None else replace(slope, y=slope.y - memory.effort),
+            held=of_law(self.held),
+            late=of_law(self.late),
+            remembered=self.y - memory.bristles,
         )
 
     def _other_ways(self) -> Iterator[tuple[LawRows, float]]:
@@ -105,6 +142,8 @@ class LawRows:
             yield replace(self, y=self.held), 1.0
         if self.late is not None:
             yield replace(self, y=self.late), 1.0
+        if self.remembered is not None:
+            yield replace(self, y=self.remembered), 1.0
 
     def _summary(self, effort_unit: str) -> LawSummary:
         return LawSummary(self._search, effort_unit)

@@ -216,6 +216,7 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         unsmoothed=unsmoothed,
         held=other([rows.held for rows in parts]),
         late=other([rows.late for rows in parts]),
+        remembered=other([rows.remembered for rows in parts]),
         # The bodies are the same in all recordings, and so are the columns.
         unsure=weighed([rows.unsure for rows in parts]),
     )
