@@ -106,9 +106,7 @@ class Bag:
             for key, value in (as_mapping(part.get('custom_data'))).items()
         }
         if not self.messages_read:
-            tried = any(s.beyond for s in scans)
-            advice = '' if tried else ', or try sosml repair'
-            found = f'{advice} ({", ".join(damage)})' if damage else ''
+            found = f', or try sosml repair ({", ".join(damage)})' if damage else ''
             raise BagError(
                 f'{path} holds no {"whole " if damage else ""}message: record again, with the '
                 f'nodes running{found}'

@@ -26,8 +26,8 @@ def repair_bag(path: str | Path, destination: str | Path) -> dict[str, Any]:
     :raises BagError: if no message can be saved, or ``destination`` exists or cannot be written.
     """
     path, destination = Path(path), Path(destination)
+    bag = Bag.open(path, beyond=True)
     before = _read_before(path)
-    bag = _most(path, before)
     is_whole = not bag.recovered and (path.is_file() or (path / METADATA).is_file())
     topics: dict[str, int] = {}
     left_out: list[str] = []
@@ -49,18 +49,6 @@ def repair_bag(path: str | Path, destination: str | Path) -> dict[str, Any]:
         },
         'left_out': left_out,
     }
-
-
-def _most(path: Path, before: int) -> Bag:
-    """Return the bag as read behind damaged places, unless less is found so than ``before``."""
-    try:
-        bag = Bag.open(path, beyond=True)
-    except BagError:
-        if not before:
-            raise
-        return Bag.open(path)
-    # A chunk without a checksum is left out, of which the others read what is before the damage.
-    return bag if bag.messages_read >= before else Bag.open(path)
 
 
 def _read_before(path: Path) -> int:
