@@ -7,11 +7,17 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
 
 OK = DiagnosticStatus.OK
 WARN = DiagnosticStatus.WARN
 ERROR = DiagnosticStatus.ERROR
 STALE = DiagnosticStatus.STALE
+
+
+def full_name(node: Node) -> str:
+    """Return the name of a node with its namespace: there may be one of it in each."""
+    return node.get_fully_qualified_name().lstrip('/')
 
 
 def make_status(

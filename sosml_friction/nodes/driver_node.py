@@ -41,7 +41,7 @@ from sosml_friction.exceptions import (
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_joints, specs_of
 from sosml_friction.nodes.commander import Commander, Endpoint, callers, publishers
-from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
+from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, full_name, make_array, make_status
 from sosml_friction.nodes.driver_diagnostics import bus_values, cycle_values, joint_status
 from sosml_friction.nodes.driver_watch import FOLLOWING
 from sosml_friction.nodes.follow_action import GOALS, FollowAction
@@ -540,8 +540,7 @@ class DriverNode(LifecycleNode):
             level, text = OK, FOLLOWING
         else:
             level, text = OK, report.state.value
-        # With its namespace: there may be a driver in each.
-        name, channel = self.get_fully_qualified_name().lstrip('/'), self._channel
+        name, channel = full_name(self), self._channel
         cycle = cycle_values(
             report, driver.configuration, self._refused_trajectory, thread, self._relay
         )

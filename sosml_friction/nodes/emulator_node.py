@@ -21,7 +21,7 @@ from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_joints, specs_of
-from sosml_friction.nodes.diagnostics import OK, WARN, make_array, make_status
+from sosml_friction.nodes.diagnostics import OK, WARN, full_name, make_array, make_status
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
@@ -135,7 +135,7 @@ class EmulatorNode(ProgramNode):
     def _on_timer(self) -> None:
         if self._thread.error is not None:
             self.end(ActuatorError(f'the emulation ended: {self._thread.error!r}'))
-        name = self.get_fully_qualified_name().lstrip('/')
+        name = full_name(self)
         emulator = self._emulator
         q, v, effort = emulator.q, emulator.v, emulator.effort
         lost_s = self._thread.lost_ns * 1e-9

@@ -52,7 +52,7 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import check_limits
 from sosml_friction.motion.trajectories import COMMON, build_trajectory, find_kind
 from sosml_friction.motion.trajectory import Trajectory
-from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
+from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, full_name, make_array, make_status
 from sosml_friction.nodes.driver_watch import DriverWatch
 from sosml_friction.nodes.fit_job import FitJob, summary
 from sosml_friction.nodes.fresh_start import read_start
@@ -84,7 +84,7 @@ class IdentifierNode(ProgramNode):
     def __init__(self) -> None:
         super().__init__('identifier_node')
         self._p = declare(self, PARAMETERS)
-        self._full_name = self.get_fully_qualified_name().lstrip('/')
+        self._full_name = full_name(self)
         self._stated = StatedModel(self._p)
         self._encoded_names: list[bytes] = []
         self._observed: tuple[str, ...] = ()

@@ -40,7 +40,15 @@ from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
-from sosml_friction.nodes.diagnostics import ERROR, OK, STALE, WARN, make_array, make_status
+from sosml_friction.nodes.diagnostics import (
+    ERROR,
+    OK,
+    STALE,
+    WARN,
+    full_name,
+    make_array,
+    make_status,
+)
 from sosml_friction.nodes.fresh_start import tell_start
 from sosml_friction.nodes.joint_states_topic import JointStatesTopic
 from sosml_friction.nodes.node_help import NodeHelp
@@ -430,8 +438,7 @@ class ObserverNode(ProgramNode):
         self._report(said)
 
     def _report(self, said: Sequence[Said]) -> None:
-        # With its namespace: there may be an observer in each.
-        name = self.get_fully_qualified_name().lstrip('/')
+        name = full_name(self)
         statuses = [
             make_status(f'{name}: {s.component}', _LEVELS[s.level], s.message, s.values)
             for s in said

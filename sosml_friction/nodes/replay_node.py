@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.serialization import message_class
 from sosml_friction.exceptions import BagError, ConfigurationError
-from sosml_friction.nodes.diagnostics import OK, make_array, make_status
+from sosml_friction.nodes.diagnostics import OK, full_name, make_array, make_status
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
@@ -196,7 +196,7 @@ class ReplayNode(ProgramNode):
     def _diagnose(self) -> None:
         message = 'playing' if self._running.is_set() else 'paused'
         values = {'bag': self._p['bag'], 'messages played': self._played, 'rate': self._p['rate']}
-        name = self.get_fully_qualified_name().lstrip('/')
+        name = full_name(self)
         status = make_status(f'{name}: bag', OK, message, values)
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
 
