@@ -12,9 +12,6 @@ import numpy as np
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.compiled import compiled
 
-#: 0.0 is judged after this time [s] and so many samples.
-ZERO_S = 0.07
-_LEAST = 4
 #: A joint is in motion for so long after it was seen to move [s]: a reversal is shorter.
 _MOTION_S = 0.4
 #: The observers have settled after a step of the effort by then [s].
@@ -37,10 +34,12 @@ class ConstantEffort:
     was the same since the joint rested is not judged: a push of constant effort begins so.
 
     :param passive: by joint, whether it has no actuator.
+    :param zero_s: 0.0 is judged after this time [s], and
+    :param zeros: so many samples.
     """
 
-    def __init__(self, passive: Sequence[bool]) -> None:
-        self._passive = passive
+    def __init__(self, passive: Sequence[bool], zero_s: float, zeros: int) -> None:
+        self._passive, self._zero_s, self._zeros = passive, zero_s, zeros
         n = len(passive)
         #: As :func:`_take` has it. How long and how fine is kept, whatever else is forgotten.
         self._runs = np.full((6, n), np.nan)
@@ -107,9 +106,9 @@ class ConstantEffort:
             elif (
                 effort == 0.0
                 and not self._passive[i]
-                and count[i] >= _LEAST
+                and count[i] >= self._zeros
                 # A coarse effort is 0.0 for as long as it is anything else.
-                and t_s - since[i] >= max(ZERO_S, _RUNS * longest[i])
+                and t_s - since[i] >= max(self._zero_s, _RUNS * longest[i])
                 and (moving[i] or not self._ever[i])
             ):
                 when = 'while the joint moves' if moving[i] else 'since the start'

@@ -157,7 +157,7 @@ class Plausibility:
         self._passive = [name in passive for name in robot.names]
         #: The smallest step of each position that was seen, coarse before one was [rad or m].
         self.steps = np.array([_COARSE[unit] for unit in robot.effort_units])
-        self._constant = ConstantEffort(self._passive)
+        self._constant = ConstantEffort(self._passive, WINDOW_S, _LEAST)
         self._friction = [0.0] * n
         #: What a joint at rest holds against at most; infinite before friction in motion is known.
         self._most = np.full(n, np.inf)
