@@ -142,9 +142,14 @@ class BodyComparison:
             and not term.parameters[COEFFICIENT].may_be(0.0)
         }
         listed = (*NOMINAL, *(term.label for term in shown), *lines)
-        # As listed, and with a Stribeck term in all joints that the data do not rule out.
-        hidden = (*listed, 'stribeck')
-        again = partial(fit_with, body_tolerance=fit.body.tolerance)
+        curved = {term.joint for term in shown if term.term == 'stribeck'}
+
+        def again(known: RobotModelFile) -> tuple[TermFit, TermFit]:
+            """Return fits of what shows, and with a Stribeck term in all joints besides."""
+            own = partial(fit_with, known, body_tolerance=fit.body.tolerance)
+            found = own(listed)
+            return found, found if curved == {*fit.names} else own((*listed, 'stribeck'))
+
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
             doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
@@ -152,21 +157,22 @@ class BodyComparison:
             @cache
             def fitted_friction() -> FrictionBeside:
                 step('fitting friction beside the rigid body')
-                return friction_beside(again(bare, listed), again(bare, hidden))
+                return friction_beside(*again(bare))
 
             timing = _timing(fit, logs, late)
             return cls(rotors, timing, doubt, late, loads, repeats, fitted_friction)
         step('fitting beside the friction that the data show')
-        fit = replace(again(bare, listed), body=fit.body)
-        body = BodyRefit.of(fit, model, again(bare, hidden))
+        found, hidden = again(bare)
+        fit = replace(found, body=fit.body)
+        body = BodyRefit.of(fit, model, hidden)
         if body.loads and not body.refused:
             # Load is what the bodies of the model need: with those that fit it is another one.
             step('fitting friction by the load of these bodies')
             fitted = replace(body.model, effects=())
-            body = body.with_friction_of(again(fitted, listed), again(fitted, hidden))
-        found = (body.laws, body.loads)
+            body = body.with_friction_of(*again(fitted))
+        friction = (body.laws, body.loads)
         timing = _timing(fit, logs, late)
-        return cls(body, timing, None, late, loads, repeats, lambda: found)
+        return cls(body, timing, None, late, loads, repeats, lambda: friction)
 
 
 def _rotors(fit: TermFit) -> dict[str, float]:

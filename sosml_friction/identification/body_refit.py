@@ -24,7 +24,7 @@ from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.rigid_changes import REFIT, Change, with_changes
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
 from sosml_friction.regression.body_width import body_precision, body_variance
 from sosml_friction.regression.nominal import Nominal
 from sosml_friction.regression.rival import rival_probability
@@ -42,8 +42,6 @@ _TURNING = 0.02
 _ONE_FACTOR, _ROWS = 0.9, 2000
 #: Probability that such a factor is the torque constant's and not the masses': nothing tells.
 _OF_EFFORT = 0.5
-#: Parameters of a law that are efforts: they go with the scale of effort.
-_EFFORTS = ('coulomb', 'viscous', 'stribeck', 'bias', 'viscous_asymmetry', 'stribeck_asymmetry')
 #: A tolerance from which on it is a warning: masses are seldom as wrong. Chosen, no measurement.
 _FAR = 1.0
 #: The ten numbers of a body, in the joint's frame and about its origin.
@@ -183,9 +181,14 @@ class BodyRefit:
         if joint not in self.scales:
             return {}
         share = np.sqrt(_OF_EFFORT) * (1.0 - 1.0 / self.scales[joint])
-        known = {n: (p.value, *(p.interval or ())[::-1]) for n, p in law.parameters.items()}
-        sizes = {n: next(filter(np.isfinite, known[n]), 0.0) for n in _EFFORTS if n in known}
-        return {n: float(share * x) for n, x in sizes.items()}
+        amplitudes = {name for kind in TERMS.classes.values() for name in kind.amplitudes}
+        known = {
+            name: (p.value, *(p.interval or ())[::-1])
+            for name, p in law.parameters.items()
+            if name in amplitudes
+        }
+        sizes = {name: next(filter(np.isfinite, known[name]), 0.0) for name in known}
+        return {name: float(share * x) for name, x in sizes.items()}
 
     def _of_bodies(self) -> str:
         share = f'{100.0 * self.tolerance:g} % of itself'
