@@ -24,13 +24,11 @@ from sosml_friction.identification.joint_relations import (
     Zero,
     effort_relation,
     lost_sign,
-    one_way_line,
     speed_limit,
     velocity_relation,
 )
 from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.number_text import plus_minus
-from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_delay import LARGEST_S
 from sosml_friction.observers.signal_noise import signal_noise
@@ -38,8 +36,6 @@ from sosml_friction.regression.kernels import runs
 
 #: What a finding is called of effort that is late by a joint alone, and later than fits undo.
 BY_JOINT, TOO_LATE = 'effort_lag', 'effort_too_late'
-#: Of a joint that moves in one direction only.
-ONE_WAY = 'one_direction'
 #: Motion in one direction for less than this says nothing [s], and so does less than this share of
 #: that in the other direction. Chosen, no measurement.
 _LEAST_MOTION_S, _LEAST_SHARE = 0.15, 0.02
@@ -165,9 +161,6 @@ def check_joint(
         return found, own_v, np.full_like(tau, np.nan), findings
     effort = effort_relation(log, robot, i, slopes, usable, free_rotor)
     refusal = _refusal(robot, i, q, tau, found, effort, _fewest_runs(v, usable))
-    if refusal and refusal[0] == ONE_WAY:
-        line = one_way_line(log, robot, i, slopes, usable, free_rotor)
-        refusal = (ONE_WAY, f'{refusal[1]}{_of_one_way(robot.effort_units[i], line)}')
     if not refusal and (misfits := lost_sign(log, robot, i, slopes, usable)):
         refusal = _without_sign(name, *misfits)
     if refusal:
@@ -303,7 +296,7 @@ def _refusal(
         )
     if min(found.forwards_s, found.backwards_s) <= max(_LEAST_MOTION_S, _LEAST_SHARE * moved):
         side = 'forwards' if found.forwards_s > found.backwards_s else 'backwards'
-        return ONE_WAY, (
+        return 'one_direction', (
             f'joint {name} moves in one direction only ({side}, {moved:.3g} s), where friction '
             'cannot be told from gravity: record motion in both directions'
         )
@@ -328,24 +321,6 @@ def _refusal(
             'for A) in the mapping, or correct the masses'
         )
     return None
-
-
-def _of_one_way(unit: str, line: tuple[tuple[float, float], tuple[float, float]] | None) -> str:
-    """Return what one direction tells all the same, the end of a sentence."""
-    if line is None:
-        return ''
-    level, slope = (plus_minus(value, Z_95 * error) for value, error in line)
-    return (
-        '. By a straight line over the faster half of its speeds in what the bodies of the URDF '
-        f'leave, Coulomb friction and bias together are {level} {unit}, so that it is 0 to as '
-        'much without a bias against it, and viscous friction is '
-        f'{slope} {unit} s/{_way(unit)}'
-    )
-
-
-def _way(unit: str) -> str:
-    """Return the unit of position beside that of effort."""
-    return 'rad' if unit == 'Nm' else 'm'
 
 
 def _without_sign(name: str, signed: float, as_it_is: float) -> tuple[str, str] | None:

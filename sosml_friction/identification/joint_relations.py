@@ -415,46 +415,6 @@ def effort_relation(
     )  # fmt: skip
 
 
-def one_way_line(
-    log: JointLog,
-    robot: Robot,
-    i: int,
-    slopes: Slopes,
-    usable: BoolArray,
-    free_rotor: bool = False,
-) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """
-    Return what motion in one direction tells of friction: (C + bias, error), (B, error).
-
-    ``bias`` with the sign of the motion. By least squares of a straight line over speed in what
-    the bodies leave of the effort, both over the same windows, with jackknife errors, where it is
-    faster than its median, as no Stribeck term bends it there; None if too little is known, or B
-    is not: then one speed says nothing of either.
-    """
-    effort = _mean(_mean(log.tau[:, i], slopes.half), slopes.half)
-    slow = _mean(slopes.v[:, i], slopes.half)
-    known = usable & np.isfinite(slopes.a).all(axis=1) & np.isfinite(effort) & np.isfinite(slow)
-    known &= np.abs(_mean(np.sign(slopes.v[:, i]), slopes.half)) > _ONE_WAY
-    if not known.any():
-        return None
-    rows = np.flatnonzero(known & (np.abs(slow) >= np.median(np.abs(slow[known]))))
-    rows = rows[:: max(1, len(rows) // _ROWS)]
-    if len(rows) < _FEWEST_ROWS:
-        return None
-    states = zip(log.q[rows], slopes.v[rows], slopes.a[rows], strict=True)
-    way = float(np.sign(np.median(slow[rows])))
-    left = way * (effort[rows] - np.array([robot.inverse_dynamics(*state)[i] for state in states]))
-    rotor = [way * slopes.a[rows, i]] if free_rotor else []
-    X = np.column_stack([np.ones(len(rows)), way * slow[rows], *rotor])
-    norms = column_norms(X)
-    theta = np.linalg.lstsq(X / norms, left, rcond=1e-9)[0]
-    errors = _error(X / norms, left - X / norms @ theta, slopes.time[rows]) / norms
-    found = theta / norms
-    if not abs(found[1]) > 2.0 * errors[1]:
-        return None
-    return (float(found[0]), float(errors[0])), (float(found[1]), float(errors[1]))
-
-
 def _delay(
     tau: FloatArray, rows: IndexArray, slopes: Slopes, *columns: FloatArray
 ) -> tuple[float, float]:
@@ -464,6 +424,8 @@ def _delay(
     The columns are free, so that wrong masses are no delay. No effort comes before its cause.
     """
     found = _delay_within(_LONGEST_S, tau, rows, slopes, *columns)
+    # The longer search is for what is at the end of the other: a joint that sticks where it turns
+    # around may seem later at any length.
     if round(found[0] / slopes.period) < int(_LONGEST_S / slopes.period):
         return found
     return _delay_within(_LATEST_S, tau, rows, slopes, *columns)

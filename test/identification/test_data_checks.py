@@ -23,7 +23,7 @@ from sosml_friction.identification.data_finding import NOTE
 from sosml_friction.identification.joint_relations import Slopes
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.simple_models import free_model, pendulum_model
+from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.report.common.output import to_json
 from sosml_friction.share import share_directory
@@ -318,27 +318,6 @@ def test_a_late_velocity_and_a_late_effort_are_told_with_their_delay(good, robot
     assert '24 ms late' in late.findings[0].sentence
     late = check_data(replace(good, tau=good.tau[rows]), robot)[1]
     assert {f.check for f in late.findings} == {'effort_lag'}
-
-
-def test_motion_in_one_direction_tells_viscous_friction_and_the_sum_of_coulomb_and_bias():
-    """Of a wheel, C 0.08 and a bias of 0.03 Nm against it, B 0.01 Nm s/rad, and a knee."""
-    t = np.arange(0.0, 40.0, PERIOD)
-    for way in (1.0, -1.0):
-        v = way * (6.0 + 4.0 * np.sin(0.7 * t) + 1.5 * np.sin(1.9 * t))
-        q = np.cumsum(v) * PERIOD
-        knee = 0.05 * np.exp(-np.abs(v) / 0.9)
-        tau = 0.02 * np.gradient(v, PERIOD) + way * (0.11 + knee) + 0.01 * v
-        tau += np.random.default_rng(11).normal(0.0, 0.01, len(t))
-        stamps, nothing = np.rint(t * 1e9).astype(np.int64), np.full((len(t), 1), np.nan)
-        log = JointLog(('joint',), stamps, q[:, None], nothing, tau[:, None])
-        robot = free_model(0.02).with_armature({'*': 0.0}).make_robot()
-        with pytest.raises(DataError, match='moves in one direction only') as refused:
-            check_data(log, robot)
-        said = str(refused.value)
-        level, wide = map(float, re.search(r'together are (\S+) ± (\S+) Nm', said).groups())
-        slope, steep = map(float, re.search(r'friction is (\S+) ± (\S+) Nm s/', said).groups())
-        assert abs(level - 0.11) < 2.0 * wide < 0.02
-        assert abs(slope - 0.01) < 2.0 * steep < 0.002
 
 
 def test_an_effort_that_is_later_than_fits_undo_is_told_with_its_delay(good, robot):
