@@ -132,15 +132,19 @@ def repeated_samples(log: JointLog) -> BoolArray:
     Return which samples (N,) repeat the one before instead of a measurement that was lost.
 
     L samples of the same positions and efforts as the one before may be a rest, or a motion of
-    less than a count in each. They are repeats if a joint is more than L + 1 counts further in the
-    next sample, which is the first that is new: no joint stays within a count for L samples and
-    goes that far in one.
+    less than a count in each. They are repeats if a joint is more than L + T counts further in the
+    next sample, which is the first that is new, and T samples later (1 where stamps are regular):
+    no joint stays within a count for L samples and goes that far in the time of T.
     """
     again = repeated_rows([*log.q.T, *log.tau.T])
     counts = np.array([signal_noise(q)[0] for q in log.q.T])
+    steps = np.diff(log.t_ns)
     repeated = np.zeros(len(log), dtype=bool)
     for begin, end in runs(again):
         if end < len(log):
             went = np.abs(log.q[end] - log.q[begin - 1])
-            repeated[begin:end] = bool((went > (end - begin + 1) * counts).any())
+            # A change of position is a whole number of counts: half of one is beyond rounding.
+            later = np.ceil(steps[end - 1] / max(steps[begin - 1 : end - 1].min(), 1))
+            most = (end - begin + max(later, 1.0) + 0.5) * counts
+            repeated[begin:end] = bool((went > most).any())
     return repeated

@@ -163,3 +163,16 @@ def test_equal_samples_of_coarse_values_are_no_repeats(speed):
     coarse = 0.5 * np.rint(effort(TIME) / 0.5)
     log = replace(log_of(coarse), q=position(TIME, speed)[:, None])
     assert not repeated_samples(log).any()
+
+
+def test_equal_samples_at_uneven_stamps_are_no_repeats():
+    """A driver on a busy machine: a joint that goes a count a sample goes two in a long one."""
+    rng = np.random.default_rng(8)
+    t = np.cumsum(rng.choice([1_000_000, 2_000_000, 3_000_000], 4000))
+    count = 2.0 * np.pi / 36000.0
+    q = count * np.rint(np.sin(1e-9 * t) * 0.11 / count)
+    log = JointLog(
+        ('a',), t, q[:, None], np.full((len(t), 1), np.nan), np.full((len(t), 1), 2.5875)
+    )
+    assert (np.diff(q) == 0.0).any() and (np.abs(np.diff(q)) > 1.5 * count).any()
+    assert not repeated_samples(log).any()
