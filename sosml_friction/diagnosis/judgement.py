@@ -8,9 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S, ForwardGain
-from sosml_friction.diagnosis.decision.forward_gate import forward_gate, was_taken_back
+from sosml_friction.diagnosis.decision.forward_gate import forward_gate
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.extended_model.carry_over import Key, cause_gains, what_carries_over
+from sosml_friction.diagnosis.extended_model.carry_over import (
+    Key,
+    cause_gains,
+    what_carries_over,
+    what_recurs,
+)
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.extended_model.effort_error import (
     HeldOut,
@@ -53,6 +58,7 @@ class Judgement:
             placed = [finding.placed for finding in selection.accepted]
             others = tuple(with_carried_load(others, placed, selection.after.x, count))
         folds = folds_left_out(laboratory)
+        selection = what_recurs(laboratory, selection, folds)
         held = folds if others is None else another_recording(laboratory, others)
         forward = judge = ForwardGain(laboratory, model, others)
         contradicted = False
@@ -63,7 +69,7 @@ class Judgement:
             # What another recording contradicts may be right in these: their folds judge it.
             judge = ForwardGain(laboratory, model)
         selection, before, after = forward_gate(judge, laboratory, selection)
-        if was_taken_back(selection.rejected):
+        if len(selection.accepted) < len(search.selection.accepted):
             # What is left is more without it, and may have a structure.
             selection = selection.with_remainder(laboratory)
         kept, gains = selection, cause_gains(laboratory, selection, held)

@@ -8,11 +8,12 @@ import numpy as np
 
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
-from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
+from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE
 from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
 from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import not_shown
+from sosml_friction.diagnosis.extended_model.carry_over import NOT_RECURRING
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
 from sosml_friction.identification.number_text import plus_minus, words
@@ -26,6 +27,8 @@ _NOT_TOLD = ('step_s', 'jitter_s', 'lag_std_error_s')
 _MOST_NUMBERS = 3
 #: What is said in the place of numbers of a cause whose size would be wrong beyond its error.
 SIZE_UNKNOWN = 'present; its size is not known from these data'
+#: Why causes are taken back.
+_TAKEN_BACK = ((FORWARD_WORSE,), (NOT_RECURRING,))
 #: The sentence in the place of the gain.
 _NOT_MODELLED = (
     'The model is not extended: these data do not give numbers that would predict more.'
@@ -219,10 +222,10 @@ def _nothing(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
     best = selection.rejected
     if best is None and not selection.accepted:
         best = next(iter(selection.ranking), None)
-    if best is not None and was_taken_back(best):
+    if best is not None and best.failed in _TAKEN_BACK:
         return (
             f'No cause is named: {words(best.effect.identifier)} removes '
-            f'{100 * best.score.cv_gain:.1f} % of the error, but with it {FORWARD_WORSE}.'
+            f'{100 * best.score.cv_gain:.1f} % of the error, but {best.failed[0]}.'
         )
     text = (
         f'no {"other " if selection.accepted else ""}cause removes more of the error than chance '

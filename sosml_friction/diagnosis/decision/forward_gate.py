@@ -11,7 +11,7 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Why a cause is taken back.
-FORWARD_WORSE = 'the forward simulation of data left out gets worse'
+FORWARD_WORSE = 'the forward simulation of data left out gets worse with it'
 
 
 def forward_gate(
@@ -39,8 +39,3 @@ def forward_gate(
         selection = replace(fewer, rejected=taken)
         after = without
     return selection, before, after
-
-
-def was_taken_back(finding: Finding | None) -> bool:
-    """Tell whether a finding was accepted, and then refused by :func:`forward_gate`."""
-    return finding is not None and finding.failed == (FORWARD_WORSE,)

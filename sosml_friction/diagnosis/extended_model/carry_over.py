@@ -16,6 +16,7 @@ where nothing of it is there. It makes the error larger where b < 1/2, half-way 
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,6 +30,9 @@ from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 Key = tuple[str, int]
+
+#: Why a cause is taken back.
+NOT_RECURRING = 'nothing of it is there on data left out, beyond chance'
 
 #: Stretches of the data left out over which a standard error is taken: as many as a diagnosis has
 #: blocks. Chosen, no measurement.
@@ -76,6 +80,24 @@ def what_carries_over(
             return kept, gains
         worst = min(against, key=lambda key: against[key].recurs.value)
         kept = without(laboratory, kept, worst)
+
+
+def what_recurs(laboratory: WhitenedRegression, selection: Selection, folds: HeldOut) -> Selection:
+    """
+    Take back the causes of which nothing is there on folds left out, but for chance.
+
+    The one that recurs least is the first, as in :func:`what_carries_over`.
+    """
+    while True:
+        gains = cause_gains(laboratory, selection, folds)
+        chance = {key: gain.recurs for key, gain in gains.items() if not gain.recurs.above(0.0)}
+        if not chance:
+            return selection
+        worst = min(chance, key=lambda key: chance[key].value)
+        taken = next(finding for finding in selection.accepted if finding.key == worst)
+        taken = replace(taken, failed=(NOT_RECURRING,))
+        fewer = [finding for finding in selection.accepted if finding.key != worst]
+        selection = replace(selection.refitted(laboratory, fewer), rejected=taken)
 
 
 def _gain(

@@ -30,6 +30,7 @@ class PositionDependentFriction(EffortTerm):
     amplitudes: ClassVar[Mapping[str, str]] = {'cosine': '{effort}', 'sine': '{effort}'}
     inner: ClassVar[Mapping[str, str]] = {'frequency': 'rad/{length}'}
     axis: ClassVar[str] = 'position'
+    free_axis: ClassVar[str] = 'position'
     repeats: ClassVar[bool] = True
 
     def effort(

@@ -196,4 +196,4 @@ def test_what_the_simulation_takes_back_is_not_called_chance(found, nominal, mon
     verdict = 'nothing_above_floor'
     monkeypatch.setattr('sosml_friction.diagnosis.diagnosis.verdict_of', lambda *_: verdict)
     told = diagnose([make_log(28.0, 0)], nominal).sentence
-    assert told.endswith('but with it the forward simulation of data left out gets worse.')
+    assert told.endswith('but the forward simulation of data left out gets worse with it.')

@@ -9,7 +9,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_robots import slider_model, slider_recording
+from known_robots import (
+    SLIDER_STEP,
+    coulomb_viscous,
+    recording,
+    sines,
+    slider_model,
+    slider_recording,
+    smooth_sign,
+)
 from scipy.signal import lfilter, savgol_filter
 
 from sosml_friction.diagnosis.decision.leftover import Leftover
@@ -18,6 +26,7 @@ from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.tone import Tone, strongest_tone
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.simple_models import free_model
 from sosml_friction.model.terms.effort_bias import EffortBias
 from sosml_friction.regression.evidence import Fit, System, make_blocks
 from sosml_friction.regression.evidence_curves import fit_curves
@@ -148,6 +157,24 @@ def test_friction_that_follows_the_next_joint_is_not_called_coulomb():
     axes = {axis['axis'] for axis in found.structure['axes'] if axis['unknown']}
     assert 'friction by the position of the next joint' in axes
     assert 'which no cause of the catalogue is' in found.sentence
+
+
+@pytest.mark.parametrize('sticky', [0.0, 1.0])
+def test_a_sticky_place_is_not_called_friction_that_follows_a_wave(sticky):
+    """What another shape leaves along a cause's own axis is too much from 3 % on."""
+    t = np.arange(0.0, 60.0, SLIDER_STEP)
+    q, v, a = sines(t, ((1.2, 0.9), (0.4, 2.1)))
+    wave = 0.2 * np.cos(q) + sticky * 0.3 * np.exp(-0.5 * ((q - 0.5) / 0.2) ** 2)
+    effort = 0.05 * a + smooth_sign(q, v) * (1.0 + wave) + 0.3 * v
+    effort += np.random.default_rng(7).normal(0.0, 0.05, len(t))
+    shaft = free_model(0.05)
+    joint = replace(shaft.joints['joint'], friction=coulomb_viscous(1.0, 0.3))
+    model = replace(shaft, joints={'joint': joint})
+    found = diagnose([recording(('joint',), t, q, effort)], model)
+    assert {cause.effect for cause in found.causes} == {'position_dependent_friction'}
+    axes = {axis['axis'] for axis in found.structure['axes'] if axis['unknown']}
+    assert axes == ({'friction by position'} if sticky else set())
+    assert found.verdict == ('unknown_structure' if sticky else 'named')
 
 
 ROWS = 4000

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -11,7 +12,9 @@ import pytest
 from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
 
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.extended_model import carry_over
 from sosml_friction.diagnosis.extended_model.extension import extended_model
+from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
 from sosml_friction.report.diagnosis.document import diagnosis_lines
 
 #: Periods of a screw of 20 mm [rad/m], and its size [N].
@@ -92,6 +95,26 @@ def test_what_is_gone_does_not_recur_in_any_phase():
     assert not gain.carries_over
     assert gain.recurs.value == pytest.approx(0.0, abs=4.0 * gain.recurs.std_error)
     assert not gain.size_recurs or gain.size.value < 0.1
+
+
+def test_what_is_not_there_on_folds_left_out_is_taken_back(monkeypatch):
+    """Of an amplitude of 1.0 times a column that its folds do not have, 0.2 +- 0.19 recurs."""
+    gains = carry_over.cause_gains
+
+    def chance(laboratory, selection, held):
+        own = gains(laboratory, selection, held)
+        return {
+            key: replace(gain, recurs=Uncertain(0.2, 0.19)) if key[0] == 'cogging' else gain
+            for key, gain in own.items()
+        }
+
+    monkeypatch.setattr(carry_over, 'cause_gains', chance)
+    diagnosis = diagnose([screw(0)], MODEL, without=WITHOUT)
+    assert set(named(diagnosis)) == {'asymmetric_friction'}
+    assert diagnosis.selection.rejected.failed == (carry_over.NOT_RECURRING,)
+    # The ripple is left, and what is left is judged anew without the cause.
+    assert diagnosis.verdict == 'unknown_structure'
+    assert diagnosis.selection.remainder.beyond_chance
 
 
 def test_the_values_of_the_model_are_those_fitted_without_what_was_left_out():
