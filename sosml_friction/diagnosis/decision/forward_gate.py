@@ -5,7 +5,6 @@
 from dataclasses import replace
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.regression.whitened import WhitenedRegression
