@@ -268,9 +268,19 @@ def _of_nominal_friction(effect: Term) -> bool:
 
 
 def _only_impossible(finding: Finding) -> bool:
-    """Tell whether nothing else speaks against a candidate: it explains something, no chance."""
+    """
+    Tell whether nothing else speaks against a candidate: it explains something, no chance.
+
+    Of what acts at reversals alone, less than nothing is friction that turns around ahead of
+    motion: that of a joint that sticks does, and it is no structure.
+    """
     s = finding.score
-    return bool(finding.objection) and s.cv_gain - BEYOND_CHANCE * s.cv_se > finding.floor
+    ahead = finding.effect.reversals_alone and bool((s.amplitude < 0.0).all())
+    return (
+        bool(finding.objection)
+        and not ahead
+        and s.cv_gain - BEYOND_CHANCE * s.cv_se > finding.floor
+    )
 
 
 def impossible_energy(found: Sequence[Finding]) -> float:

@@ -196,3 +196,17 @@ def test_what_only_an_impossible_cause_explains_is_not_explained():
     assert missing.verdict == 'unknown_structure'
     assert 'It acts in slider beside reversals: only presliding hysteresis' in missing.sentence
     assert found(0.0).verdict == 'nothing_above_floor'
+
+
+def test_friction_that_turns_around_ahead_of_motion_is_no_unknown_structure():
+    """Half of it 80 ms ahead, as of a joint that sticks: a build-up of a negative level fits."""
+
+    def sign(q, v):
+        s = dahl_path(q, 4e-5)
+        return 0.5 * (s + np.append(s[20:], np.full(20, s[-1])))
+
+    found = diagnose([slider_recording(sign=sign)], slider_model())
+    refused = found.selection.rejected
+    assert refused.objection == 'the level of friction would be negative'
+    assert refused.score.cv_gain > 0.2
+    assert found.verdict == 'nothing_above_floor'
