@@ -24,16 +24,17 @@ VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'b
 
 def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     """Return one of :data:`VERDICTS`; that data are bad is found before there is a selection."""
-    if selection.accepted and _causes_are_not_all(selection):
+    # What only a tone of time explains is not explained, whatever is named beside it.
+    best = selection.rejected
+    is_a_tone = best is not None and bool(best.instead)
+    if selection.accepted and (is_a_tone or _causes_are_not_all(selection)):
         return 'unknown_structure'
     if any(not_shown(cause) for cause in causes):
         return 'unknown_structure'
     # A fault of the data leaves no residual: it does not explain one.
     if any(cause.effect not in FAULTS for cause in causes):
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
-    # What only an impossible cause or a tone of time explains is not explained.
-    best = selection.rejected
-    is_a_tone = best is not None and bool(best.instead)
+    # Neither is what only an impossible cause explains.
     if selection.remainder.beyond_chance or selection.refused is not None or is_a_tone:
         return 'unknown_structure'
     return 'named' if causes else 'nothing_above_floor'

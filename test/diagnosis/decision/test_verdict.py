@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What causes and what is left beside them amount to, and how it is said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from known_robots import slider_model, slider_recording
@@ -210,3 +212,13 @@ def test_friction_that_turns_around_ahead_of_motion_is_no_unknown_structure():
     assert refused.objection == 'the level of friction would be negative'
     assert refused.score.cv_gain > 0.2
     assert found.verdict == 'nothing_above_floor'
+
+
+def test_a_tone_in_the_place_of_the_next_cause_is_not_explained_by_the_first():
+    """A hum beside a delay that was named: the next candidate was no more than the hum."""
+    found = diagnose([slider_recording(lambda v: 60.0 * v)], slider_model())
+    assert found.verdict == 'named'
+    (accepted,) = found.selection.accepted
+    hum = replace(accepted, instead='a tone of 6.3 Hz', failed=('a tone of 6.3 Hz explains more',))
+    beside = replace(found.selection, rejected=hum)
+    assert verdict_of(found.causes, beside) == 'unknown_structure'
