@@ -72,9 +72,13 @@ class _StatedColumns(Guesser):
         named, positions = zip(
             *map(self._of_joint, self.columns.quantities['position']), strict=True
         )
+        ordered = {
+            quantity: self._in_order(quantity, entries, named)
+            for quantity, entries in self.columns.quantities.items()
+        }
         stated = {
             quantity: [self._stated(quantity, entry) for entry in entries]
-            for quantity, entries in {**self.columns.quantities, 'position': positions}.items()
+            for quantity, entries in {**ordered, 'position': positions}.items()
         }
         count = len(stated['position'])
         for quantity, names in stated.items():
@@ -105,12 +109,7 @@ class _StatedColumns(Guesser):
                 f'{self.data.path}: {self.time.name} was stated as time and goes back: name the '
                 'column that grows all the time'
             )
-        keys = [''] if count == 1 else [str(k) for k in range(1, count + 1)]
-        at = [list(self.series).index(name) for name in stated['position']]
-        called = self._by_place(stated['position']) or list(
-            self._joint_names(keys, at == sorted(at)).values()
-        )
-        joints = list(named) if all(named) else called
+        joints = list(named) if all(named) else self._places(stated['position'])
         strange = [joint for joint in joints if self.kinds and joint not in self.kinds]
         if strange or len(set(joints)) < count:
             known = ', '.join(self.kinds) or 'joint'
@@ -129,6 +128,13 @@ class _StatedColumns(Guesser):
             self._close(joint, self.result.content['joints'][joint], k)
         return self.result
 
+    def _places(self, positions: Sequence[str]) -> list[str]:
+        """Return the joints of columns by where these are, or by their names."""
+        keys = [''] if len(positions) == 1 else [str(k) for k in range(1, len(positions) + 1)]
+        at = [list(self.series).index(name) for name in positions]
+        names = self._joint_names(keys, at == sorted(at)).values()
+        return self._by_place(positions) or list(names)
+
     def _by_place(self, positions: Sequence[str]) -> list[str]:
         """Return the joints of columns of one list by their places in that of the names."""
         parts = [re.fullmatch(r'(.+)\[(\d+)\]', name) for name in positions]
@@ -142,6 +148,21 @@ class _StatedColumns(Guesser):
         """Return the joint, '' if none is named, and the rest of ``JOINT=COLUMN``."""
         joint, _, column = entry.rpartition('=')
         return (joint, column) if joint and self.data.find(entry) is None else ('', entry)
+
+    def _in_order(
+        self, quantity: str, entries: Sequence[str], joints: Sequence[str]
+    ) -> Sequence[str]:
+        """Return the columns of a quantity in the order of the positions, if joints are named."""
+        named, columns = zip(*map(self._of_joint, entries), strict=True)
+        if not any(named):
+            return entries
+        if sorted(named) != sorted(joints):
+            raise ConfigurationError(
+                f'the columns of {quantity} are stated for {", ".join(n or "?" for n in named)}, '
+                f'those of position for {", ".join(n or "?" for n in joints)}: name the same '
+                'joints, as --position elbow=q2 --effort elbow=tau2'
+            )
+        return [columns[named.index(joint)] for joint in joints]
 
     def _whole(self, name: str) -> str:
         """Return the name of a series as the file has it."""

@@ -707,6 +707,22 @@ def test_wrong_columns_are_one_sentence(tmp_path, columns, sentence):
     assert '\n' not in str(caught.value)
 
 
+def test_each_quantity_may_name_the_joints_of_its_columns_in_its_own_order(tmp_path):
+    (t, q, _, tau), (_, p, _, torque) = joint(8), joint(9)
+    data = save(tmp_path, [t, q, p, tau, torque], ['t', 'a', 'b', 'c', 'd'])
+    efforts = ['upper=c:Nm', 'fore=d:Nm']
+    stated = Columns({'position': ['fore=b:rad', 'upper=a:rad'], 'effort': efforts}, time='t:s')
+    content = map_columns(data, stated, arm('upper', 'fore')).content
+    found = {
+        name: (own['position']['variable'], own['effort']['variable'])
+        for name, own in content['joints'].items()
+    }
+    assert found == {'upper': ('a', 'c'), 'fore': ('b', 'd')}
+    half = Columns({'position': ['a:rad', 'b:rad'], 'effort': efforts}, time='t:s')
+    with pytest.raises(ConfigurationError, match='stated for upper, fore, those of position for '):
+        map_columns(data, half, arm('upper', 'fore'))
+
+
 def test_a_span_that_no_joint_has_in_rad_is_asked_for(tmp_path):
     t, q, _, current = joint(9)
     data = save(tmp_path, [t, np.rad2deg(q), current], ['t', 'q', 'i'])
