@@ -95,7 +95,7 @@ class BodyComparison:
         bare = replace(model, effects=())
         settings = DiagnosisSettings(moving_only=True, own_friction=True)
         plain = partial(fit_terms, settings=settings, step=step, without=_WITHOUT)
-        first = partial(plain, model=bare, body_tolerance=tolerance, settled=False)
+        first = partial(plain, model=bare, body_tolerance=tolerance)
         try:
             fit = first(logs, terms=FRICTION)
         except DataError as error:
