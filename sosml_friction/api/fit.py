@@ -211,7 +211,7 @@ def fit(
     compared = None
     if several:
         nominal = as_recorded(content, next(iter(recordings.values())))
-        compared = compare_together(recordings, nominal, settings)
+        compared = compare_together(recordings, nominal, settings, stated=bool(effort_hold))
     analyses = {}
     chosen = as_names(observers)
     for label, log in recordings.items():

@@ -50,8 +50,8 @@ class BodyComparison:
     ``refit``: the rigid body that fits, None where the model's does within the usual tolerance.
     ``timing``: when effort is reported, None where nothing was fitted. ``doubt``: what the bodies
     may be off by where the model's are kept, None where they are exact, as told, or refitted.
-    ``late``: by how much effort was taken sooner, or later, for all of these; None where it acts
-    between its samples.
+    ``late``: by how much effort was taken sooner, or later, for all of these, or would be if no
+    hold were stated; None where it acts between its samples.
     ``loads``: by joint, the share of its load that is friction, where the data show it.
     ``repeats``: by joint, the cogging that was fitted besides, where it is much of what is left.
     ``friction`` returns what was fitted beside these bodies: by joint its law, and friction by
@@ -73,6 +73,7 @@ class BodyComparison:
         model: RobotModelFile,
         tolerance: float | None = None,
         step: Callable[[str], None] = lambda text: None,
+        stated: bool = False,
     ) -> BodyComparison:
         """
         Compare a model with a motion; an armature that it does not know is fitted in any case.
@@ -88,6 +89,7 @@ class BodyComparison:
         :param tolerance: how far each number may be off, as a share of itself; None for what the
             data say (:func:`~sosml_friction.regression.body_width.choose_width`); 0 for not at
             all: then rotors that are not known and when effort acts are found alone.
+        :param stated: whether the hold of effort is stated: then effort is used as it is.
         :raises DataError: if a tolerance was told, or an armature is not known, and the recording
             is too short for a refit.
         """
@@ -95,7 +97,7 @@ class BodyComparison:
         bare = replace(model, effects=())
         settings = DiagnosisSettings(moving_only=True, own_friction=True)
         plain = partial(fit_terms, settings=settings, step=step, without=_WITHOUT)
-        first = partial(plain, model=bare, body_tolerance=tolerance, settled=False)
+        first = partial(plain, model=bare, body_tolerance=tolerance)
         try:
             fit = first(logs, terms=FRICTION)
         except DataError as error:
@@ -107,7 +109,7 @@ class BodyComparison:
             if not tolerance:
                 return cls()
             raise
-        late, recorded = None, logs
+        late = None
         lines = repeating(fit)
         beside = (*FRICTION, *lines)
         if lines:
@@ -118,7 +120,7 @@ class BodyComparison:
             fit = first(logs, terms=beside, rotors=_rotors(fit))
         # Beyond an interval effort is as late as it is, which reads as viscous friction. The
         # column is the slope of a small delay: a large one is found in several rounds.
-        tried = {0}
+        recorded, as_recorded, tried = logs, fit, {0}
         while is_beyond(fit):
             step('measuring how late effort is')
             delayed = first(logs, terms=(*beside, DELAY), rotors=_rotors(fit))
@@ -129,6 +131,8 @@ class BodyComparison:
             tried.add(late.samples)
             logs = [late.undone(log) for log in recorded]
             fit = first(logs, terms=beside, rotors=_rotors(delayed))
+        if stated:
+            logs, fit = recorded, as_recorded
         fit_with = partial(plain, logs, rotors=_rotors(fit))
         repeats = {term.joint: term for term in fit.terms if term.term == COGGING}
         shown = [t for t in fit.terms if t.term in _MORE_FRICTION and _is_shown(fit, t)]

@@ -142,13 +142,15 @@ def analyse_log(
         compared = BodyComparison()
     if compared is None:
         progress('comparing the rigid body with the motion')
-        compared = BodyComparison.of([log], nominal, settings.body_tolerance, progress)
+        stated = bool(effort_hold)
+        compared = BodyComparison.of([log], nominal, settings.body_tolerance, progress, stated)
     if compared.late is not None:
-        log = compared.late.undone(log)
+        log = log if effort_hold else compared.late.undone(log)
         # All joints together tell it better than each by itself.
         others = [found for found in checks.findings if found.check != BY_JOINT]
         # Of effort that is later than they look for they find a part.
-        told = [] if any(f.check == TOO_LATE for f in others) else [compared.late.finding()]
+        too_late = any(f.check == TOO_LATE for f in others)
+        told = [] if too_late else [compared.late.finding(bool(effort_hold))]
         checks = replace(checks, findings=(*others, *told))
     body, timing, measured = compared.refit, compared.timing if silent else None, compared.timing
     # One time is compared with one hold: not where joints have several, nor with means of samples.
@@ -169,8 +171,8 @@ def analyse_log(
     if recorded is None or bandwidth is not None or observers is not None:
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     else:
-        stated = effort_hold or together > 1 or timing
-        configuration = replace(recorded, effort_hold=holds) if stated else recorded
+        other = effort_hold or together > 1 or timing
+        configuration = replace(recorded, effort_hold=holds) if other else recorded
     estimator = configuration.make_estimator(robot)
     progress('running the observers over the bag')
     estimates = estimator.batch(log)
@@ -196,7 +198,7 @@ def analyse_log(
         fit = with_variance(fit, body.variance)
     loads: tuple[EffectTerm, ...] = ()
     if weak_too:
-        fit, loads = with_regression(fit, compared)
+        fit, loads = with_regression(fit, compared, settings.form)
         estimates = with_regression_estimates(estimates, fit, robot.names)
         checks = checks.told(*laws_of_observers(fit)) if alone else checks
         fit = without_direction(fit, compared.loads)

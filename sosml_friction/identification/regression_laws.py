@@ -12,12 +12,13 @@ from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import REGRESSION, WEAK_FORM, FrictionFit, JointFit
 from sosml_friction.identification.law.law_checks import ODD_EVEN
 from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.model.model_folder import EffectTerm
 from sosml_friction.model.parameter import Parameter
 
 
 def with_regression(
-    fit: FrictionFit, compared: BodyComparison
+    fit: FrictionFit, compared: BodyComparison, form: LawForm
 ) -> tuple[FrictionFit, tuple[EffectTerm, ...]]:
     """
     Return the fits with the laws of the regression, and friction by load beside them.
@@ -28,6 +29,8 @@ def with_regression(
     * Of those whose effort repeats with position, where it is surer of C: to the weak form that is
       noise, which goes with C and B.
     * Beside refitted bodies, of all in which the weak form finds no Stribeck term.
+
+    Where another ``form`` is stated than such a law has, that of the weak form stays.
     """
     refitted = compared.refit is not None and bool(compared.refit.laws)
 
@@ -44,11 +47,26 @@ def with_regression(
     if not wanted:
         return fit, compared.friction()[1] if refitted else ()
     laws, loads = compared.friction()
+    kept = {
+        name
+        for name in wanted
+        if name in laws and WEAK_FORM in fit.joints[name] and not _is_of(form, laws[name])
+    }
+    wanted = [name for name in wanted if name not in kept]
+    loads = tuple(term for term in loads if term.joint not in kept)
     joints = {name: dict(fits) for name, fits in fit.joints.items()}
     for name in wanted:
         if name in laws:
             joints[name][REGRESSION] = _with_law(joints[name], laws[name])
     return replace(fit, joints=joints), loads
+
+
+def _is_of(form: LawForm, law: LawFit) -> bool:
+    """Tell whether a law of the regression has the form that is stated."""
+    knee = 'stribeck' in law.drawn
+    if not form.symmetric or (knee and form.alpha is not None):
+        return False
+    return form.law == 'auto' or knee == (form.law == 'stribeck')
 
 
 def _error(law: LawFit) -> float:

@@ -237,7 +237,6 @@ def fit_terms(
     settings: DiagnosisSettings | None = None,
     step: Callable[[str], None] = lambda text: None,
     body_tolerance: float | None = None,
-    settled: bool = True,
     without: Collection[str] = (),
     rotors: Mapping[str, float] = MappingProxyType({}),
 ) -> TermFit:
@@ -253,7 +252,6 @@ def fit_terms(
 
     :param body_tolerance: how far each number of the rigid body may be off, as a share of itself;
         None for what the data say (:func:`~sosml_friction.regression.body_width.choose_width`).
-    :param settled: whether inner parameters are searched beside one another once more.
     :param without: terms that are not looked for: their effort counts as noise.
     :param rotors: by joint, the armature [kg m2 or kg] about which one that the model does not
         know is fitted, instead of 0: how late an effort is changes as it does.
@@ -277,7 +275,7 @@ def fit_terms(
     keys, left = _keys(laboratory, wanted)
     step('fitting the terms')
     laboratory, body = _with_body(laboratory, keys, body_tolerance, step)
-    laboratory, found = _with_values(laboratory, keys, settled, step)
+    laboratory, found = _with_values(laboratory, keys, step)
     fitted = _fitted_terms(laboratory, found, wanted)
     armature = fitted_armature(laboratory, found, body.tolerance)
     names = laboratory.nominal.names
@@ -324,7 +322,6 @@ def _with_body(
 def _with_values(
     laboratory: WhitenedRegression,
     keys: Sequence[tuple[str, int]],
-    settled: bool,
     step: Callable[[str], None],
 ) -> tuple[WhitenedRegression, Estimate]:
     """
@@ -334,10 +331,8 @@ def _with_values(
     it makes is not changed by it.
     """
     while True:
-        placed = place(laboratory, keys, step)
-        if settled:
-            placed = settle(laboratory, placed, step)
-            laboratory, placed = fitted_to_carried_load(laboratory, placed)
+        placed = settle(laboratory, place(laboratory, keys, step), step)
+        laboratory, placed = fitted_to_carried_load(laboratory, placed)
         # The order of the list, not that of the search.
         placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
         found = estimate(laboratory, placed)

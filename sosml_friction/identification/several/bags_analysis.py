@@ -75,7 +75,7 @@ def analyse_bags(
     nominal = next(iter(robots.values())).nominal
     logs = {f'bag {source.name}': robot.log for source, robot in robots.items()}
     settings = settings or FitSettings()
-    compared = compare_together(logs, nominal, settings, progress)
+    compared = compare_together(logs, nominal, settings, progress, bool(effort_hold))
     analyses: dict[str, BagAnalysis] = {}
     for label, path in labels.items():
         progress(f'reading and fitting {label}')
@@ -95,8 +95,13 @@ def compare_together(
     nominal: RobotModelFile,
     settings: FitSettings,
     progress: Callable[[str], None] = lambda step: None,
+    stated: bool = False,
 ) -> BodyComparison:
-    """Return what all bags together say of the rigid body, and of when effort acts."""
+    """
+    Return what all bags together say of the rigid body, and of when effort acts.
+
+    :param stated: whether the hold of effort is stated.
+    """
     progress('comparing the rigid body with the motion')
     robot = nominal.with_armature({'*': 0.0}).make_robot()
     checked = []
@@ -105,7 +110,7 @@ def compare_together(
             checked.append(check_data(log, robot, '', nominal.unknown_armature)[0])
         except DataError as error:
             raise DataError(f'{label}: {error}') from error
-    found = BodyComparison.of(checked, nominal, settings.body_tolerance, progress)
+    found = BodyComparison.of(checked, nominal, settings.body_tolerance, progress, stated)
     # The friction of each bag is put together from its own fits.
     found = replace(found, friction=lambda: ({}, ()))
     if found.refit is None:
