@@ -15,7 +15,6 @@ from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.model_folder import EffectTerm
 from sosml_friction.model.parameter import Parameter
 
-
 #: Terms of the weak form's law that the regression of the bodies has not.
 _CURVES = {'stribeck', 'nonlinear_viscous'}
 
