@@ -8,7 +8,8 @@ The rule is stated on the 95 % interval of half width h that the data leave:
 * C and B: the interval leaves out 0, so that it is known that the term is there, or the torque
   that h stands for is at most 1 % of the friction level (the median of |tau_f|): h itself, for
   viscous terms h times the fastest speed. A wide interval is a number with a wide interval.
-* Bias and the asymmetries, which may well be 0: that torque is at most the friction level.
+* Bias and the asymmetries, which may well be 0, and B beside a power of speed that is told: that
+  torque is at most the friction level.
 * S and v_s: the profile interval is closed, and its ends differ by a factor of at most 3. That the
   term is there at all is tested by itself.
 
@@ -41,7 +42,7 @@ class DataReach:
     Hold what a recording covers.
 
     ``slowest`` and ``fastest`` [rad/s or m/s]; ``level``: median of |tau_f| [Nm or N]; ``best``:
-    the best fit by parameter.
+    the best fit by parameter; ``absent``: which may well be 0 beside the others of the law.
     """
 
     effort_unit: str
@@ -49,6 +50,7 @@ class DataReach:
     fastest: float
     level: float
     best: Mapping[str, float] = field(default_factory=dict)
+    absent: tuple[str, ...] = ()
 
     def speed(self, value: float) -> str:
         """Return a speed with its unit."""
@@ -71,7 +73,8 @@ def reason_for(name: str, reach: DataReach, interval: tuple[float, float]) -> st
             )
         return f'only known to be between {max(low, 0.0):.3g} and {high:.3g} {reach.effort_unit}'
     half = 0.5 * (high - low)
-    floor = SHARE_OF_LEVEL if name in ('coulomb', 'viscous') else SHARE_OF_OFFSET
+    present = name in ('coulomb', 'viscous') and name not in reach.absent
+    floor = SHARE_OF_LEVEL if present else SHARE_OF_OFFSET
     floor *= reach.level / (max(reach.fastest, 1e-300) if name.startswith('viscous') else 1.0)
     if low > 0.0 or high < 0.0 or half <= floor:
         return ''

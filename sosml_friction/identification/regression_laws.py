@@ -16,6 +16,9 @@ from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.model.model_folder import EffectTerm
 from sosml_friction.model.parameter import Parameter
 
+#: Terms of the weak form's law that the regression of the bodies has not.
+_CURVES = {'stribeck', 'nonlinear_viscous'}
+
 
 def with_regression(
     fit: FrictionFit, compared: BodyComparison, form: LawForm
@@ -28,7 +31,7 @@ def with_regression(
       Stribeck term is that.
     * Of those whose effort repeats with position, where it is surer of C: to the weak form that is
       noise, which goes with C and B.
-    * Beside refitted bodies, of all in which the weak form finds no Stribeck term.
+    * Beside refitted bodies, of all in which the weak form finds a straight line.
 
     Where another ``form`` is stated than such a law has, that of the weak form stays.
     """
@@ -41,7 +44,7 @@ def with_regression(
             own, law = fits[WEAK_FORM].fit, compared.friction()[0].get(name)
             # What is no number has an error that is none.
             return law is not None and not _error(law) >= _error(own)
-        return refitted and 'stribeck' not in fits[WEAK_FORM].fit.drawn
+        return refitted and not _CURVES & {*fits[WEAK_FORM].fit.drawn}
 
     wanted = [name for name, fits in fit.joints.items() if is_better(name, fits)]
     if not wanted:

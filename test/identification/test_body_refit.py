@@ -192,12 +192,18 @@ def test_a_refitted_weight_makes_the_bias_as_unsure_as_all_that_the_model_lacks_
 
 
 def test_friction_that_bends_is_no_straight_line_for_bodies_that_are_wrong():
-    """Its C and B beside them were numbers: with the bodies of the model they are ranges."""
-    fits = off_by_more(0.08, lambda q, v: 1.5 * v * np.abs(v))
+    """
+    Its C and B beside them were numbers of a straight line: the law of the weak form bends.
+
+    Of seeds 10 to 25 intervals of C, B and the power hold in 16, 15 and 16.
+    """
+    fits = off_by_more(0.08, lambda q, v: 1.5 * v * np.abs(v), seed=10)
     assert 'regression' not in fits
-    coulomb = fits['weak_form'].fit.parameters['coulomb']
-    assert NOT_IDENTIFIABLE in coulomb.flags
-    assert coulomb.interval[0] < 0.8 < coulomb.interval[1]
+    fit = fits['weak_form'].fit
+    assert 'nonlinear_viscous' in fit.law
+    for name, truth in (('coulomb', 0.8), ('viscous', 0.3), ('power', 2.0)):
+        low, high = fit.parameters[name].interval
+        assert low < truth < high, name
 
 
 @pytest.mark.parametrize('share', [-0.08, 0.08])

@@ -143,6 +143,18 @@ def unfaded_check(law: Mapping[str, float], terms: str, effort_unit: str) -> Law
     )
 
 
+def in_place_check(law: Mapping[str, float], terms: str, effort_unit: str) -> LawCheck:
+    """Say that the law of ``terms`` has a power of speed and no Stribeck term; its values."""
+    size, speed = law['nonlinear_viscous'], unit_of('velocity', effort_unit)
+    return LawCheck(
+        BEND,
+        False,
+        f'Friction bends with speed as |v|^{law["power"]:.3g} does, not by extra friction near '
+        f'standstill: the law has that, {size:.3g} {effort_unit} at 1 {speed}, and C is friction '
+        f'at standstill. --terms {terms} fits it beside other terms.',
+    )
+
+
 def odd_even_check(
     speeds: FloatArray,
     odd: FloatArray,

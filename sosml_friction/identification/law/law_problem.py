@@ -33,8 +33,8 @@ _SPEEDS = 200
 _LEFT = 1e-8
 #: Rows that are reduced at a time; it bounds the memory.
 _BLOCK = 20_000
-#: Parameters that may be found beside v_s, none of them linear.
-SIGN_WIDTH, EXPONENT = 'smoothing_velocity', 'exponent'
+#: Parameters that may be found beside v_s or without it, none of them linear.
+SIGN_WIDTH, EXPONENT, POWER = 'smoothing_velocity', 'exponent', 'power'
 #: Names, and a column (K,) of each.
 _Slopes = tuple[tuple[str, ...], FloatArray]
 
@@ -83,6 +83,7 @@ class LawProblem:
         self.speed, self.count = np.abs(v), int(groups.max()) + 1
         self.extra = tuple(f'extra_{k}' for k in range(extra.shape[1]))
         self._spanned: tuple[LawProblem, FloatArray, FloatArray] | None = None
+        self.power: float | None = None
         self.base = (
             'coulomb',
             'viscous',
@@ -105,7 +106,9 @@ class LawProblem:
     def bent(self, power: float) -> LawProblem:
         """Return the problem with nonlinear viscous friction of a power of speed besides."""
         (name,) = NonlinearViscous.amplitudes
-        return self._with(name, np.sign(self.v) * power_of_speed(self.v, power))
+        result = self._with(name, np.sign(self.v) * power_of_speed(self.v, power))
+        result.power = power
+        return result
 
     def asymmetric(self) -> LawProblem:
         """Return the problem of a symmetric law with viscous friction that does differ."""
@@ -189,6 +192,8 @@ class LawProblem:
     def values_of(self, solution: LawSolution) -> dict[str, float]:
         """Return the parameters of a law by name, v_s and exponent with those it is linear in."""
         values = dict(zip(self.names(solution.v_s), solution.theta.tolist(), strict=True))
+        if self.power is not None:
+            values[POWER] = self.power
         if solution.v_s is None:
             return values
         values['stribeck_velocity'] = solution.v_s
@@ -289,7 +294,8 @@ class LawProblem:
         """
         Return the derivatives of the law (K, P) and what by.
 
-        Here and below, ``found``: which of ``SIGN_WIDTH`` and ``EXPONENT`` were found besides v_s.
+        Here and below, ``found``: which of ``SIGN_WIDTH``, ``EXPONENT`` and ``POWER`` were found
+        besides v_s.
         """
         last = self._slopes
         if last is None or last[0] is not solution or last[1] != found:
@@ -310,6 +316,12 @@ class LawProblem:
             X = np.column_stack([X, *(self.made(peak * s) for s in slopes[: len(own)])])
             names = (*names, *own)
             size = size + amount * fade(self.speed, v_s, alpha)
+        if POWER in found and self.power is not None:
+            size_of_it = p[next(iter(NonlinearViscous.amplitudes))]
+            log = np.log(np.where(self.speed > 0.0, self.speed, 1.0))
+            slope = np.sign(self.v) * power_of_speed(self.v, self.power) * log
+            X = np.column_stack([X, size_of_it * self.made(slope)])
+            names = (*names, POWER)
         if SIGN_WIDTH in found:
             u = self.v / v0
             slope = -size * u / np.cosh(np.clip(u, -300.0, 300.0)) ** 2 / v0

@@ -15,6 +15,7 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.friction_memory import FrictionMemory, friction_memory
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.law_problem import POWER
 from sosml_friction.identification.law.law_search import LawSearch, search_law
 from sosml_friction.identification.law.law_summary import LawSummary
 
@@ -72,7 +73,7 @@ class LawRows:
                 other, smoothing_velocity=fit.smoothing_velocity, find_smoothing=False, form=form
             )
             try:
-                way = same.law(effort_unit).drawn
+                way = same._summary(effort_unit, fit.drawn.get(POWER)).law().drawn
             except DataError:
                 continue
             fit = fit.with_shift(
@@ -145,8 +146,8 @@ class LawRows:
         if self.remembered is not None:
             yield replace(self, y=self.remembered), 1.0
 
-    def _summary(self, effort_unit: str) -> LawSummary:
-        return LawSummary(self._search, effort_unit)
+    def _summary(self, effort_unit: str, power: float | None = None) -> LawSummary:
+        return LawSummary(self._search, effort_unit, power)
 
     def smoothing(self) -> float:
         """Return v0 of the law's sign that the rows show, 0 for the sign itself."""

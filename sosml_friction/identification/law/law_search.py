@@ -5,11 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize_scalar
 from scipy.stats import f as f_distribution
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
@@ -19,6 +19,7 @@ from sosml_friction.identification.law.law_form import ALPHAS, LawForm
 from sosml_friction.identification.law.law_problem import (
     EXPONENT,
     MOST_SOLVED,
+    POWER,
     SIGN_WIDTH,
     LawProblem,
     LawSolution,
@@ -44,6 +45,8 @@ _GRID, _COARSE, _SIGNS = 36, 12, 5
 _ALPHAS, _FEWER = 8, 4
 #: v_s is searched from this part of the slowest speed on, and what may hide is told from a third.
 _BELOW, HIDDEN = 8.0, 3.0
+#: A knee has faded at this many times v_s, to exp(-2) or less. Chosen, no measurement.
+_FADED = 2.0
 #: A search leaves 1e-6 of its ends; what is as near as this is at one.
 _AT_END = 1e-3
 #: v0 is searched between these multiples of the slowest speed, and where it is at the end of that,
@@ -51,6 +54,8 @@ _AT_END = 1e-3
 _LEAST_V0, _LARGEST_V0 = 0.08, 2.0
 #: Where searches of the exponent begin, to both sides of the usual one, 1.
 _BENDS = (0.7, 1.6)
+#: A power of speed is found to this. Chosen, no measurement.
+_SAME_POWER = 1e-3
 
 
 def search_law(
@@ -138,6 +143,22 @@ def within(value: float, ends: tuple[float, float]) -> bool:
 
 def _cost(solution: LawSolution) -> float:
     return solution.cost
+
+
+@dataclass(frozen=True)
+class LawInPlace:
+    """
+    Hold the law that stands in place of one whose Stribeck term is a bend.
+
+    ``problem`` is that of its ``solution``: of a power of speed, or of no term besides C and B.
+    ``probability`` of it beside the law that it stands for, ``found``: parameters that are not
+    linear and that were found.
+    """
+
+    problem: LawProblem
+    solution: LawSolution
+    probability: float
+    found: tuple[str, ...] = ()
 
 
 class LawSearch:
@@ -414,6 +435,73 @@ class LawSearch:
             freedom = self.problem.freedom(solution, self.found(solution), without)[name]
         return parameters * float(f_distribution.ppf(level, parameters, freedom)) * unit
 
+    def in_place(self) -> LawInPlace | None:
+        """
+        Return the law that is named in place of one whose Stribeck term is none, None if it is.
+
+        A Stribeck term fades from Coulomb friction and more to Coulomb friction. One that has not
+        faded at the fastest speed, or fades to nothing, or is no wider than its sign is a curve:
+        C beside it is friction at speeds that no data have. A power of speed in its place, whose
+        C is friction at standstill, is named unless the data refuse it; in place of a knee, only
+        if its probability is 0.95.
+        """
+        full = self.full
+        if self.form.law != 'auto' or full.v_s is None:
+            return None
+        smooth = self.is_smooth(full)
+        near = self.unfaded(full)
+        if near is not None:
+            law = self._with_power(near[0], near[1][POWER])
+            if law.probability > (_LEVEL if self.is_knee(full) else 1.0 - _LEVEL):
+                return law
+        return (
+            LawInPlace(self.problem, self.plain, 0.0, self.found(self.plain)) if smooth else None
+        )
+
+    @property
+    def last_knee(self) -> float:
+        """Return the largest v_s of which a term has faded at the fastest speed."""
+        return self.fastest / _FADED
+
+    @staticmethod
+    def is_smooth(law: LawSolution) -> bool:
+        """Tell whether a Stribeck term is no wider than its sign."""
+        return law.v_s is not None and law.v0 >= law.v_s
+
+    def is_knee(self, law: LawSolution) -> bool:
+        """Tell whether a Stribeck term is one: it fades within the data to Coulomb friction."""
+        if law.v_s is None or self.is_smooth(law):
+            return False
+        return law.v_s <= self.last_knee and self.problem.values_of(law)['coulomb'] > 0.0
+
+    def _with_power(self, law: LawSolution, power: float) -> LawInPlace:
+        """
+        Return the law of the power that explains most, near the best of those that are published.
+
+        It has as many numbers as a law with a Stribeck term.
+        """
+        k = POWERS.index(power)
+        best = minimize_scalar(
+            lambda power: self._bent_at(power, law)[1].cost,
+            bounds=(POWERS[max(k - 1, 0)], POWERS[min(k + 1, len(POWERS) - 1)]),
+            method='bounded',
+            options={'xatol': _SAME_POWER},
+        )
+        tried = [(self._bends[power], law), self._bent_at(float(best.x), law)]
+        problem, solution = min(tried, key=lambda one: one[1].cost)
+        unit = max(self._unit(self.full, 'stribeck'), np.finfo(float).tiny)
+        probability = rival_probability((solution.cost - self.full.cost) / unit)
+        found = (*((SIGN_WIDTH,) if self.finds_v0 and law.v0 > 0.0 else ()), POWER)
+        return LawInPlace(problem, solution, probability, found)
+
+    def _bent_at(self, power: float, like: LawSolution) -> tuple[LawProblem, LawSolution]:
+        problem = self.problem.bent(power)
+        return problem, problem.solve(None, like.v0, like.alpha, like.weights)
+
+    def at_power(self, power: float) -> LawInPlace:
+        """Return the law of a power of speed that is known."""
+        return LawInPlace(*self._bent_at(power, self.plain), 1.0)
+
     def _unit(self, solution: LawSolution, name: str, without: tuple[str, ...] = ()) -> float:
         """Return how much the cost rises by one jackknife standard error of a parameter."""
         found = self.found(solution)
@@ -448,7 +536,7 @@ class LawSearch:
         limit = self.limit(named, 'coulomb', parameters=2, level=1.0 - CHANCE)
         if law.cost - best.cost <= max(limit, least):
             return None
-        return replace(law, v0=v0), {**self._bends[power].values_of(best), 'power': power}
+        return replace(law, v0=v0), self._bends[power].values_of(best)
 
     def unfaded(self, law: LawSolution) -> tuple[LawSolution, dict[str, float], float] | None:
         """
@@ -459,10 +547,10 @@ class LawSearch:
         """
         (name,) = NonlinearViscous.amplitudes
         usual, found = self.form.usual, []
-        for power, its in self._bends.items():
+        for its in self._bends.values():
             for v0 in dict.fromkeys((law.v0, self.plain.v0, 0.0)):
                 one = its.solve(None, v0, usual, law.weights)
-                found.append((one, {**its.values_of(one), 'power': power}))
+                found.append((one, its.values_of(one)))
         best, values = min(found, key=lambda one: one[0].cost)
         if values[name] <= 0.0:
             return None
@@ -482,7 +570,21 @@ class LawSearch:
         limit = self.limit(self.full, 'stribeck', ('stribeck_velocity',), parameters)
         # Below this, differences of cost are rounding errors.
         rounding = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
-        return self.plain.cost - self.full.cost > max(limit, rounding)
+        if self.plain.cost - self.full.cost <= max(limit, rounding):
+            return False
+        return not self.form.symmetric or self._shows_beside_direction(max(limit, rounding))
+
+    def _shows_beside_direction(self, limit: float) -> bool:
+        """
+        Tell whether the term explains as much where viscous friction differs by direction.
+
+        That changes with speed and is no knee, but what is left of it by chance may look like one.
+        """
+        free = self.problem.asymmetric()
+        full, plain = (
+            free.solve(law.v_s, law.v0, law.alpha, law.weights) for law in (self.full, self.plain)
+        )
+        return plain.cost - full.cost > limit
 
     def _is_driving(self) -> bool:
         """Tell whether S drives in one direction and is large below the data only: no knee."""

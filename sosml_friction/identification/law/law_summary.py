@@ -19,14 +19,15 @@ from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_checks import dissipation_check, even_part
 from sosml_friction.identification.law.law_curve import largest_friction
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
-from sosml_friction.identification.law.law_problem import EXPONENT
+from sosml_friction.identification.law.law_problem import EXPONENT, POWER, LawProblem
 from sosml_friction.identification.law.law_profile import LawProfile, about_best
 from sosml_friction.identification.law.law_search import LawSearch, within
 from sosml_friction.identification.law.other_laws import OtherLaws
 from sosml_friction.identification.parameter_interval import AT_ZERO, NON_NEGATIVE
-from sosml_friction.model.laws import unit_of
+from sosml_friction.model.laws import law_definition, law_of, unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS, fade
+from sosml_friction.model.terms.nonlinear_viscous import POWERS, NonlinearViscous
 
 #: Number of points of the profile at which the other parameters are solved for.
 _ALONG = 5
@@ -35,7 +36,7 @@ _ALONG = 5
 _SURE = 1.5
 _ORDER = (
     *('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', EXPONENT),
-    *('bias', 'viscous_asymmetry', 'stribeck_asymmetry'),
+    *('nonlinear_viscous', POWER, 'bias', 'viscous_asymmetry', 'stribeck_asymmetry'),
 )
 _NO_COULOMB = (
     'the best fit has no Coulomb friction, the Stribeck term stands in its place: the data do not '
@@ -50,6 +51,10 @@ _NO_FADE = (
     'a power of speed in its place explains more: friction bends with speed, and what it is at '
     'standstill is not known'
 )
+_IN_PLACE = (
+    'what bends does not fade within the data as extra friction near standstill does: the law has '
+    'a power of speed in its place'
+)
 _NO_SIGN = (
     'its sign is as smooth as the Stribeck term of the best fit is wide: together they are a '
     'bend, and extra friction that is gone before it has its sign is in no data'
@@ -63,14 +68,25 @@ class LawSummary:
     ``shown``: whether the Stribeck term explains more than chance; ``solution``: the law with it
     or without; ``best``: its parameters by name; ``C``: their covariance, by pairs of names;
     ``profile``: None where no Stribeck term was asked for. What costs most, the profile and the
-    other laws that may be true, is found when it is asked for.
+    other laws that may be true, is found when it is asked for. ``in_place``: the law that is named
+    for one whose Stribeck term is a bend.
+
+    :param power: of speed, where the law is known to have it and no Stribeck term.
     """
 
-    def __init__(self, search: LawSearch, effort_unit: str) -> None:
-        self.search, self.problem, self.form = search, search.problem, search.form
-        self.shown = search.shows_stribeck()
+    def __init__(self, search: LawSearch, effort_unit: str, power: float | None = None) -> None:
+        self.search, self.form = search, search.form
+        self.problem: LawProblem = search.problem
+        self.shown = power is None and search.shows_stribeck()
         self.solution = search.full if self.shown else search.plain
         self.found = search.found(self.solution)
+        self.in_place = search.in_place() if self.shown else None
+        if power is not None:
+            self.in_place = search.at_power(power)
+        if self.in_place is not None:
+            self.shown = False
+            self.problem, self.solution = self.in_place.problem, self.in_place.solution
+            self.found = self.in_place.found
         self.best = self.problem.values_of(self.solution)
         if EXPONENT not in self.found:
             self.best.pop(EXPONENT, None)
@@ -81,7 +97,14 @@ class LawSummary:
         freedom = self.problem.freedom(self.solution, self.found)
         self.quantile = {name: t_95(own) for name, own in freedom.items()}
         level = search.level
-        self.reach = DataReach(effort_unit, search.slowest, search.fastest, level, self.best)
+        # A power of speed that is told may be all that friction grows by.
+        (name,) = NonlinearViscous.amplitudes
+        absent: tuple[str, ...] = ()
+        if (name, name) in self.C:
+            half = self.quantile[name] * float(np.sqrt(self.C[name, name]))
+            absent = ('viscous',) if self.best[name] > half else ()
+        speeds = (search.slowest, search.fastest)
+        self.reach = DataReach(effort_unit, *speeds, level, self.best, absent)
 
     @cached_property
     def profile(self) -> LawProfile | None:
@@ -99,13 +122,14 @@ class LawSummary:
     @cached_property
     def others(self) -> OtherLaws:
         """Return the laws that may be true as well."""
-        return OtherLaws(self.search, self.solution, self.shown, self.reach.effort_unit)
+        unit = self.reach.effort_unit
+        return OtherLaws(self.search, self.solution, self.shown, unit, self.in_place)
 
     def law(self) -> LawFit:
         """Return the law that fits best, without what the data know of its parameters."""
         problem, residual = self.problem, self.solution.residual
         scale = float(np.linalg.norm(problem.y))
-        drawn_law = self.form.identifier(self.solution.alpha if self.shown else None)
+        drawn_law = self._identifier(self.shown)
         return LawFit(
             law=drawn_law,
             parameters={},
@@ -130,6 +154,8 @@ class LawSummary:
         extra = tuple(parameters.pop(name) for name in problem.extra)
         knee, identified = self._knee()
         parameters.update(knee)
+        if self.problem.power is not None:
+            parameters[POWER] = self._power()
         derived = {}
         if self.profile is not None and self.shown and not identified:
             for name in ('coulomb', 'viscous'):
@@ -141,7 +167,7 @@ class LawSummary:
         unit, speeds = self.reach.effort_unit, (search.slowest, search.fastest)
         found = replace(
             self.law(),
-            law=self.form.identifier(solution.alpha if self.shown and identified else None),
+            law=self._identifier(self.shown and identified),
             parameters={
                 n: self._beside_others(n, parameters[n]) for n in _ORDER if n in parameters
             },
@@ -158,12 +184,28 @@ class LawSummary:
             others=tuple(self.others.curves),
             reach=self.reach,
         )
-        if self.profile is None or identified:
+        if self.profile is None or identified or self.in_place is not None:
             return found
         extra_friction = self._at_slowest(self.profile, found)
         if extra_friction.interval is None or not np.isfinite(extra_friction.interval[1]):
             return found
         return replace(found, derived={STRIBECK_AT_SLOWEST: extra_friction, **derived})
+
+    def _identifier(self, knee: bool) -> str:
+        """Return the name of the law, with its Stribeck term or without."""
+        name = self.form.identifier(self.solution.alpha if knee else None)
+        if self.problem.power is None:
+            return name
+        return law_of((*law_definition(name).terms, NonlinearViscous.identifier), {}).identifier
+
+    def _power(self) -> Parameter:
+        """Return the power of speed, within those that are published."""
+        value, error = self.best[POWER], float(np.sqrt(self.C[POWER, POWER]))
+        found = Parameter.estimated(value, '1', error, self.quantile[POWER])
+        if found.interval is None:
+            return found
+        low, high = np.clip(found.interval, POWERS[0], POWERS[-1]).tolist()
+        return replace(found, interval=(low, high))
 
     def _beside_others(self, name: str, found: Parameter) -> Parameter:
         """Return a parameter as unsure as other laws make it; a knee's range holds in any."""
@@ -196,18 +238,27 @@ class LawSummary:
 
         The law is not linear in v_s over so wide a range, so that the jackknife at the best fit
         says too little: what is left of the limit at each v_s is left for the parameter there.
+        A term that has not faded in the data is Coulomb friction at standstill, and what B is
+        beside it no data tell, unless the best fit is such a one.
         """
         problem, search, quantile = self.problem, self.search, self.quantile[name]
         found_there = search.found(search.full)
+        last = search.last_knee if search.is_knee(search.full) else np.inf
         open_ = np.flatnonzero(profile.excess <= 1.0)
         picked = np.unique(open_[np.linspace(0, len(open_) - 1, _ALONG).astype(int)])
         ends = [] if found.interval is None else [found.interval]
         for k in picked:
-            fit = search.whole(search.at(float(profile.stribeck_velocity[k])))
-            value = problem.values_of(fit)[name]
+            v_s = float(profile.stribeck_velocity[k])
+            if v_s > last and name != 'coulomb':
+                continue
+            of = (name, 'stribeck') if v_s > last else (name,)
+            fit = search.whole(search.at(v_s))
+            values = problem.values_of(fit)
+            value = sum(values[one] for one in of)
             C = problem.covariance(fit, found_there, ('stribeck_velocity',))
+            variance = sum(C[one, two] for one in of for two in of)
             room = np.sqrt(max(1.0 - float(profile.excess[k]), 0.0))
-            half = quantile * float(np.sqrt(C[name, name])) * room
+            half = quantile * float(np.sqrt(max(variance, 0.0))) * room
             ends.append((value - half, value + half))
         interval = (max(min(low for low, _ in ends), 0.0), max(high for _, high in ends))
         if NOT_IDENTIFIABLE in found.flags:
@@ -230,6 +281,8 @@ class LawSummary:
             wide = profile.velocity_interval(_SURE**2)
             if not (wide[0] > 0.0 and wide[1] <= SPREAD**_SURE * wide[0]):
                 reason = reason_for('stribeck_velocity', reach, wide)
+        if self.in_place is not None:
+            reason = _NO_SIGN if self.problem.power is None else _IN_PLACE
         reason = self._no_knee() or reason
         if shown and not reason:
             error = float(np.sqrt(C['stribeck', 'stribeck']))
@@ -260,7 +313,7 @@ class LawSummary:
         knee = {n: Parameter.not_told(units[n], reason, ranges[n], experiment) for n in units}
         if EXPONENT in best:
             knee[EXPONENT] = Parameter.not_told('1', reason, EXPONENTS, experiment)
-        if not shown and self.problem.stribeck_at(self.search.full) <= 0.0:
+        if not shown and self.search.problem.stribeck_at(self.search.full) <= 0.0:
             knee['stribeck'] = replace(knee['stribeck'], flags=(NOT_IDENTIFIABLE, AT_BOUND))
         return knee, False
 
@@ -268,7 +321,7 @@ class LawSummary:
         """Return why the best fit is none of a Stribeck term as friction has it, '' if it may."""
         if not self.shown:
             return ''
-        if self.solution.v0 >= self.best['stribeck_velocity']:
+        if self.search.is_smooth(self.solution):
             return _NO_SIGN
         if EXPONENT in self.best and self._would_go_beyond():
             return _NO_EXPONENT

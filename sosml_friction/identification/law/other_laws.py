@@ -11,11 +11,12 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_checks import (
     LawCheck,
     bend_check,
+    in_place_check,
     knee_check,
     unfaded_check,
 )
 from sosml_friction.identification.law.law_problem import EXPONENT, LawSolution
-from sosml_friction.identification.law.law_search import LawSearch
+from sosml_friction.identification.law.law_search import LawInPlace, LawSearch
 from sosml_friction.model.laws import FrictionLaw, law_definition, law_of
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous
 from sosml_friction.model.terms.viscous_asymmetry import ViscousAsymmetry
@@ -39,7 +40,8 @@ class OtherLaws:
     Those are what fits better by less than what shows it, the broad knee with its probability, and
     a power of speed in place of the Stribeck term with its own, where that is not told the nearest
     of them with one power of speed beside it, where the data show one, and viscous friction that
-    differs by direction, with its probability.
+    differs by direction, with its probability. Of a law that is in place of a Stribeck term, the
+    law with that term.
 
     ``is_faded``: whether the named law has a Stribeck term that no such power explains more than;
     ``curves``: each with its probability; ``checks``: what is to be said; ``moved``: by how much
@@ -47,12 +49,26 @@ class OtherLaws:
     """
 
     def __init__(
-        self, search: LawSearch, named: LawSolution, shown: bool, effort_unit: str
+        self,
+        search: LawSearch,
+        named: LawSolution,
+        shown: bool,
+        effort_unit: str,
+        in_place: LawInPlace | None = None,
     ) -> None:
         self.search, self.problem, self.named = search, search.problem, named
         self.curves: list[tuple[FrictionLaw, float]] = []
         self.checks: list[LawCheck] = []
         self.moved: list[dict[str, float]] = []
+        self.found = search.found(named)
+        if in_place is not None:
+            self.problem, self.found = in_place.problem, in_place.found
+            self._add_bend(in_place, effort_unit)
+            if self.problem.power is not None:
+                self.is_faded = False
+                if self.problem.form.symmetric:
+                    self._add_asymmetric()
+                return
         for law in search.unshown(shown):
             self._add(law, self.problem.values_of(law), 1.0)
         nearest, broad = named, search.broad() if shown else None
@@ -72,6 +88,27 @@ class OtherLaws:
     def variance(self, name: str) -> float:
         """Return what the laws add to the variance of a parameter: the sum of p d^2."""
         return sum(d.get(name, 0.0) ** 2 for d in self.moved)
+
+    def _add_bend(self, in_place: LawInPlace, effort_unit: str) -> None:
+        """
+        Add the law with the Stribeck term that is none.
+
+        A term that is seen in part is Coulomb friction at standstill: there it counts in full, and
+        what B is beside it no data tell. With a sign that is as wide, friction is anywhere between
+        the laws.
+        """
+        full, named = self.search.full, self.problem.values_of(self.named)
+        bend = self.search.problem.values_of(full)
+        if self.problem.power is None:
+            self._add(full, bend, _BETWEEN)
+            return
+        more = 1.0 - in_place.probability
+        self.curves.append((self._curve(full, bend), more))
+        if not self.search.is_smooth(full):
+            level = bend['coulomb'] + bend['stribeck'] - named['coulomb']
+            self.moved.append({'coulomb': float(np.sqrt(more)) * level})
+        terms = ','.join(self._curve(self.named, named).definition.terms)
+        self.checks.append(in_place_check(named, terms, effort_unit))
 
     def _add_unfaded(self, nearest: LawSolution, effort_unit: str) -> bool:
         """Add the law with a power of speed and no Stribeck term; tell whether it is likelier."""
@@ -121,7 +158,7 @@ class OtherLaws:
         law, (name,) = self.named, ViscousAsymmetry.amplitudes
         free = self.problem.asymmetric()
         best = free.solve(law.v_s, law.v0, law.alpha, law.weights)
-        C, values = free.covariance(best, self.search.found(law)), free.values_of(best)
+        C, values = free.covariance(best, self.found), free.values_of(best)
         own, size = C[name, name], values[name]
         before = _BETWEEN * (values['viscous'] ** 2 + C['viscous', 'viscous'])
         if not (own > 0.0 and before > 0.0):

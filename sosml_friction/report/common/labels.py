@@ -25,11 +25,19 @@ PLAIN = {
     'stribeck_velocity': 'fading over the speed v_s',
     'bias': 'bias, the same both ways',
     'exponent': 'the exponent of v / v_s, where it is not 1',
+    'nonlinear_viscous': 'friction at unit speed that grows with a power of speed P',
+    'power': 'that power of speed p',
     'viscous_asymmetry': 'difference of B by direction',
     'stribeck_asymmetry': 'difference of S by direction',
 }
 #: Those that only some laws have.
-_OF_SOME = {'exponent': 'alpha', 'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
+_OF_SOME = {
+    'exponent': 'alpha',
+    'nonlinear_viscous': 'P',
+    'power': 'p',
+    'viscous_asymmetry': 'D_B',
+    'stribeck_asymmetry': 'D_S',
+}
 #: Estimates that no observer makes.
 _METHODS = {'weak_form': 'Weak form', 'regression': 'Regression', 'output_error': 'Output error'}
 #: What the levels, rows or samples of a fit are called in a sentence.

@@ -69,6 +69,9 @@ def law_sentence(
         _quantity('coulomb', parameters['coulomb'], 'Coulomb friction'),
         _quantity('viscous', parameters['viscous'], 'viscous friction'),
     ]
+    if 'power' in parameters:
+        bend = f'friction that grows as |v|^{parameters["power"].value:.3g}'
+        parts.append(f'{_with_error(parameters["nonlinear_viscous"])} at unit speed of {bend}')
     stribeck = parameters['stribeck']
     told = 'stribeck' in law_definition(law).terms
     # Below zero it cannot be: a range that begins above it is extra friction all the same.
