@@ -27,7 +27,7 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
 from sosml_friction.regression.body_width import body_precision, body_variance
 from sosml_friction.regression.nominal import Nominal
-from sosml_friction.regression.rival import rival_probability
+from sosml_friction.regression.rival import VERY_STRONG, rival_probability
 
 #: The friction that stands beside the bodies: what can be taken for weight or inertia.
 LOAD = 'load_dependent_friction'
@@ -316,10 +316,14 @@ def _with_hidden_knee(law: LawFit, joint: str, fit: TermFit, curved: TermFit) ->
     Return a law with w d^2 in its variances, by a Stribeck term that is not shown.
 
     d: what the law moves by beside the term; w: how probable the term is, 1 / (1 + exp(-z^2 / 2))
-    by its evidence z^2.
+    by its evidence z^2. One that would make friction less near standstill is impossible: it is
+    another law where the data show it, and nothing where they do not.
     """
     term = next(t for t in curved.terms if (t.term, t.joint) == ('stribeck', joint))
-    weight = rival_probability(-curved.evidence(term))
+    evidence = curved.evidence(term)
+    if term.parameters['stribeck'].value <= 0.0 and evidence < VERY_STRONG:
+        return law
+    weight = rival_probability(-evidence)
     moved = {
         name: curved.refit[f'{joint} {name}'] - fit.refit[f'{joint} {name}']
         for name in law.parameters
