@@ -17,6 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sosml_friction.model.parameter import Z_95
+
 _HERE = Path(__file__).resolve().parents[1]
 _MAPS = _HERE / 'config' / 'import'
 #: Of motor 5 of the Damiao bench, published [kg m2].
@@ -75,8 +77,9 @@ def _model_values(document: dict[str, Any], joint: str) -> dict[str, Any]:
 
 
 def _text(parameter: dict[str, Any]) -> str:
+    """Return a value with half of its 95 % interval."""
     value, error = parameter['value'], parameter['std_error']
-    return 'open' if value is None else f'{value:.4g} ± {error or math.nan:.2g}'
+    return 'open' if value is None else f'{value:.4g} ± {Z_95 * (error or math.nan):.2g}'
 
 
 def _near(parameter: dict[str, Any], known: float, share: float = 0.1) -> bool:
