@@ -42,12 +42,14 @@ class Tone:
         """
         Tell whether something periodic over position would be a reason as well.
 
-        At constant speed v a tone of f is a line at 2 pi f / v over position: of the tone the
-        share |<exp(i (2 pi f t - w q))>|^2 is that of the frequency w.
+        At constant speed v a tone of f is a line at w = 2 pi f / v over position, and where q is
+        a sine one at 2 f is its square: the share of the tone, in the phase that has most of it,
+        that 1, cos w q and sin w q explain.
 
         :param q: position (N, n) [rad or m], ``step`` [s] from row to row.
         """
-        turn = np.exp(2j * np.pi * self.hertz * step * np.arange(len(q)))
+        angle = 2.0 * np.pi * self.hertz * step * np.arange(len(q))
+        turn = np.linalg.qr(_centred(np.column_stack([np.cos(angle), np.sin(angle)])))[0]
         for x in q.T:
             speed = np.abs(np.diff(x)) / step
             moving = speed[speed > _MOVES * speed.max()]
@@ -61,12 +63,17 @@ class Tone:
             w = np.linspace(low, high, int(min(count, _MOST_LINES)))
             # One line after the other: all at once would be rows times lines of memory.
             for line in w:
-                path = np.exp(1j * line * x)
-                # vdot takes the conjugate of its first argument.
-                alike = max(abs(np.vdot(path, turn)), abs(np.dot(path, turn))) / len(x)
-                if alike**2 > _ALIKE:
+                path = np.linalg.qr(
+                    _centred(np.column_stack([np.cos(line * x), np.sin(line * x)]))
+                )[0]
+                if np.linalg.norm(path.T @ turn, 2) ** 2 > _ALIKE:
                     return True
         return False
+
+
+def _centred(x: FloatArray) -> FloatArray:
+    """Return columns (N, k) without their means."""
+    return x - x.mean(axis=0)
 
 
 def strongest_tone(left: FloatArray, noise: NoiseModel, step: float, band: float) -> Tone:

@@ -238,6 +238,14 @@ def test_a_tone_at_constant_speed_may_follow_position_and_along_a_rich_motion_no
     assert not tone.follows(rich[:, None], step)
 
 
+def test_a_tone_at_twice_the_motion_may_be_a_function_of_position():
+    """The square of a sine is one of twice its frequency: gravity, for a joint that swings."""
+    t, step = 0.01 * np.arange(6000), 0.01
+    swing = np.sin(2.0 * np.pi * 0.1 * t)[:, None]
+    assert Tone(0.2, 0.5, 0.0).follows(swing, step)
+    assert not Tone(0.27, 0.5, 0.0).follows(swing, step)
+
+
 def test_a_hum_beside_nothing_else_is_unknown_and_said_with_its_frequency():
     spec = Spec('x', 'outside', 3, 'beat', 0, level='high')
     found = diagnose([build(spec).log], nominal_model())
