@@ -17,7 +17,7 @@ _CYCLES = 3
 _BESIDE = 201
 #: Share of top speed from which on a joint moves, and the share of a tone that something over
 #: position has to be alike to be as good a reason. Along a rich motion it is below 0.05; where a
-#: motor creeps past its own cogging (data of an ODrive) 0.53.
+#: motor creeps past its own cogging (data of an ODrive) 0.82 and more.
 _MOVES, _ALIKE = 0.02, 0.25
 #: Most lines that are tried, of each joint: that many take 0.3 s.
 _MOST_LINES = 500
