@@ -32,7 +32,6 @@ class AsymmetricFriction(EffortTerm):
     inner: ClassVar[Mapping[str, str]] = {'by_speed': '1'}
     unspoken: ClassVar[tuple[str, ...]] = ('by_speed',)
     axis: ClassVar[str] = 'direction'
-    free_axis: ClassVar[str] = 'speed'
     aliases: ClassVar[tuple[str, ...]] = ('effort_bias',)
 
     def effort(

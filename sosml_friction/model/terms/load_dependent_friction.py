@@ -22,7 +22,6 @@ class LoadDependentFriction(EffortTerm):
     identifier: ClassVar[str] = 'load_dependent_friction'
     amplitudes: ClassVar[Mapping[str, str]] = {'load_coefficient': '1'}
     axis: ClassVar[str] = 'load'
-    free_axis: ClassVar[str] = 'load'
     told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {
         'position_dependent_friction': (
             'known_payload',

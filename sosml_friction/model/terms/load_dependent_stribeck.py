@@ -19,7 +19,6 @@ class LoadDependentStribeck(FadingTerm):
     identifier: ClassVar[str] = 'load_dependent_stribeck'
     amplitudes: ClassVar[Mapping[str, str]] = {'load_stribeck_coefficient': '1'}
     axis: ClassVar[str] = 'load'
-    free_axis: ClassVar[str] = 'load'
     searched: ClassVar[bool] = False
 
     def at_standstill(self, motion: Motion, joint: int | slice) -> FloatArray:
