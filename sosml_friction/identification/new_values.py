@@ -133,8 +133,8 @@ def repeated_samples(log: JointLog) -> BoolArray:
 
     L samples of the same positions and efforts as the one before may be a rest, or a motion of
     less than a count in each. They are repeats if a joint is more than L + T counts further in the
-    next sample, which is the first that is new, and T samples later (1 where stamps are regular):
-    no joint stays within a count for L samples and goes that far in the time of T.
+    next sample, which is the first that is new, and comes T of their steps later (1 where stamps
+    are regular): no joint stays within a count for L samples and goes that far in that time.
     """
     again = repeated_rows([*log.q.T, *log.tau.T])
     counts = np.array([signal_noise(q)[0] for q in log.q.T])
@@ -144,7 +144,7 @@ def repeated_samples(log: JointLog) -> BoolArray:
         if end < len(log):
             went = np.abs(log.q[end] - log.q[begin - 1])
             # A change of position is a whole number of counts: half of one is beyond rounding.
-            later = np.ceil(steps[end - 1] / max(steps[begin - 1 : end - 1].min(), 1))
-            most = (end - begin + max(later, 1.0) + 0.5) * counts
+            later = np.ceil(steps[end - 1] / max(np.median(steps[begin - 1 : end - 1]), 1.0))
+            most = (end - begin + max(float(later), 1.0) + 0.5) * counts
             repeated[begin:end] = bool((went > most).any())
     return repeated

@@ -146,8 +146,12 @@ class _StatedColumns(Guesser):
 
     def _of_joint(self, entry: str) -> tuple[str, str]:
         """Return the joint, '' if none is named, and the rest of ``JOINT=COLUMN``."""
-        joint, _, column = entry.rpartition('=')
-        return (joint, column) if joint and self.data.find(entry) is None else ('', entry)
+        parts = entry.split('=')
+        for k in range(len(parts)):
+            joint, column = '='.join(parts[:k]), '='.join(parts[k:])
+            if self.data.find(self.data.split_unit(column)[0]) is not None:
+                return joint, column
+        return (parts[0], '='.join(parts[1:])) if parts[1:] and parts[0] else ('', entry)
 
     def _in_order(
         self, quantity: str, entries: Sequence[str], joints: Sequence[str]

@@ -35,6 +35,6 @@ def forward_gate(
         if not (gets_worse(before, after, rows) or gets_worse(without, after, rows)):
             break
         taken = replace(last, failed=(FORWARD_WORSE,))
-        selection = replace(fewer, rejected=taken)
+        selection = fewer.taken_back(taken)
         after = without
     return selection, before, after

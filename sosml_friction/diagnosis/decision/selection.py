@@ -53,6 +53,12 @@ class Selection:
         system = system_with(laboratory, [finding.columns for finding in accepted])
         return replace(self, accepted=accepted, fit=Fit.make(system, laboratory.y))
 
+    def taken_back(self, finding: Finding) -> 'Selection':
+        """Return it with a cause that was accepted as the rejected one, but for a tone's place."""
+        if self.rejected is not None and self.rejected.instead:
+            return self
+        return replace(self, rejected=finding)
+
     def with_remainder(self, laboratory: WhitenedRegression) -> 'Selection':
         """Return it with what is left beside the causes that are accepted now."""
         return replace(self, remainder=remainder(laboratory, self.fit, self.accepted))

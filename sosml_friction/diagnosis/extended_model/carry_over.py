@@ -97,7 +97,7 @@ def what_recurs(laboratory: WhitenedRegression, selection: Selection, folds: Hel
         taken = next(finding for finding in selection.accepted if finding.key == worst)
         taken = replace(taken, failed=(NOT_RECURRING,))
         fewer = [finding for finding in selection.accepted if finding.key != worst]
-        selection = replace(selection.refitted(laboratory, fewer), rejected=taken)
+        selection = selection.refitted(laboratory, fewer).taken_back(taken)
 
 
 def _gain(

@@ -14,6 +14,7 @@ from sosml_friction.identification.law.law_problem import LawProblem, LawSolutio
 from sosml_friction.identification.number_text import rounded
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.terms.kinds.fading_term import fade
+from sosml_friction.model.terms.nonlinear_viscous import power_of_speed
 from sosml_friction.regression.column_norms import column_norms
 
 DISSIPATION = 'dissipation'
@@ -50,8 +51,8 @@ def dissipation_check(
     """
     Ask whether friction with its bias takes energy at every speed of the data.
 
-    tau_f v >= 0 needs C + S exp(-(w / v_s)^d) + B w >= |bias| at every w from ``slowest`` to
-    ``fastest``. Where it is less the law drives the joint in one direction: no friction does.
+    tau_f v >= 0 needs C + S exp(-(w / v_s)^d) + B w + P w^p >= |bias| at every w from ``slowest``
+    to ``fastest``. Where it is less the law drives the joint in one direction: no friction does.
 
     :param best: best fit and 95 % interval by parameter.
     :param exponent: d.
@@ -61,6 +62,8 @@ def dissipation_check(
     level = value['coulomb'] + value['viscous'] * w
     if 'stribeck_velocity' in value:
         level = level + value['stribeck'] * fade(w, value['stribeck_velocity'], exponent)
+    if 'power' in value:
+        level = level + value['nonlinear_viscous'] * power_of_speed(w, value['power'])
     bias, coulomb, speed_unit = value['bias'], value['coulomb'], unit_of('velocity', effort_unit)
     beyond = abs(bias) > level
     if not beyond.any():

@@ -46,7 +46,7 @@ _NO_EXPONENT = (
     f'no exponent from {EXPONENTS[0]:g} to {EXPONENTS[1]:g} makes a Stribeck term that bends as '
     'friction does: what it is at standstill is not known'
 )
-_AT_END = f'the best fit is at an end of its range, {EXPONENTS[0]:g} to {EXPONENTS[1]:g}'
+_AT_END = 'the best fit is at an end of its range, {:g} to {:g}'
 _NO_FADE = (
     'a power of speed in its place explains more: friction bends with speed, and what it is at '
     'standstill is not known'
@@ -199,13 +199,17 @@ class LawSummary:
         return law_of((*law_definition(name).terms, NonlinearViscous.identifier), {}).identifier
 
     def _power(self) -> Parameter:
-        """Return the power of speed, within those that are published."""
+        """Return the power of speed; at an end of those that are published it is within these."""
+        ends = (POWERS[0], POWERS[-1])
         value, error = self.best[POWER], float(np.sqrt(self.C[POWER, POWER]))
         found = Parameter.estimated(value, '1', error, self.quantile[POWER])
         if found.interval is None:
             return found
-        low, high = np.clip(found.interval, POWERS[0], POWERS[-1]).tolist()
-        return replace(found, interval=(low, high))
+        low, high = np.clip(found.interval, *ends).tolist()
+        if within(value, ends):
+            return replace(found, interval=(low, high))
+        reason = _AT_END.format(*ends)
+        return replace(found, interval=(low, high), flags=(AT_BOUND,), reason=reason)
 
     def _beside_others(self, name: str, found: Parameter) -> Parameter:
         """Return a parameter as unsure as other laws make it; a knee's range holds in any."""
@@ -344,7 +348,9 @@ class LawSummary:
         if found.interval is None or within(value, EXPONENTS):
             return found
         low, high = np.clip(found.interval, *EXPONENTS).tolist()
-        return replace(found, interval=(low, high), flags=(AT_BOUND,), reason=_AT_END)
+        return replace(
+            found, interval=(low, high), flags=(AT_BOUND,), reason=_AT_END.format(*EXPONENTS)
+        )
 
     def _at_slowest(self, profile: LawProfile, fit: LawFit) -> Parameter:
         """

@@ -15,12 +15,14 @@ from scipy.stats import t as t_distribution
 from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.law.law_problem import POWER
 from sosml_friction.identification.law.law_stack import OWN, LawStack
 from sosml_friction.identification.parameter_interval import LAW_PARAMETERS
 from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import fade, fade_slopes
+from sosml_friction.model.terms.nonlinear_viscous import power_of_speed
 from sosml_friction.regression.column_norms import column_norms, told_beside
 
 #: Significance level: the share of agreeing bags that may be reported to differ.
@@ -105,11 +107,16 @@ def find_agreement(
     return _Comparison(stack, labels, effort_unit, fits).result()
 
 
-def _shape(fit: LawFit) -> tuple[float, float]:
-    """Return v0 of the sign and the exponent of a law: what it is not linear in beside v_s."""
+def _shape(fit: LawFit) -> tuple[float, float, float | None]:
+    """
+    Return what a law is not linear in beside v_s.
+
+    v0 of the sign, the exponent, and the power of speed of a law that has no Stribeck term.
+    """
     found = fit.parameters.get('exponent')
     fixed = law_definition(fit.law).fixed.get('exponent', 1.0)
-    return fit.smoothing_velocity, fixed if found is None else found.value
+    bend = fit.drawn.get(POWER)
+    return fit.smoothing_velocity, fixed if found is None else found.value, bend
 
 
 class _Comparison:
@@ -130,7 +137,11 @@ class _Comparison:
         self.bent = self.faded and any('exponent' in fit.parameters for fit in fits)
         asymmetric = any('viscous_asymmetry' in fit.parameters for fit in fits)
         found = [self._nearest(*shape, asymmetric) for shape in dict.fromkeys(map(_shape, fits))]
-        _, self.sign, self.power, v_s, self.columns = min(found, key=lambda one: one[0])
+        best = min(found, key=lambda one: one[0])
+        _, self.sign, self.power, v_s, self.columns, self.bend = best
+        # A power of speed stands in place of a Stribeck term, and all bags share it.
+        self.faded = self.faded and not self.bend
+        self.bent = self.bent and self.faded
         # By bag; one without rows has a v_s as well, of which nothing is asked.
         self.common_v_s, self.v_s = v_s, np.full(len(labels), v_s)
         if self.faded:
@@ -139,17 +150,26 @@ class _Comparison:
         self._linearise(())
 
     def _nearest(
-        self, v0: float, power: float, asymmetric: bool
-    ) -> tuple[float, FloatArray, float, float, dict[str, FloatArray]]:
-        """Return the least cost, sign, exponent, v_s and columns of a law of this shape."""
+        self, v0: float, power: float, bend: float | None, asymmetric: bool
+    ) -> tuple[float, FloatArray, float, float, dict[str, FloatArray], list[FloatArray]]:
+        """
+        Return the least cost, sign, exponent, v_s and columns of a law of this shape.
+
+        The last are those of a power of speed, and of its logarithm, none without.
+        """
         sign = smooth_sign(self.v, v0)
         shapes = {'coulomb': sign, 'viscous': self.v, 'bias': np.ones_like(self.v)}
         if asymmetric:
             shapes['viscous_asymmetry'] = np.abs(self.v)
         columns = {name: self._lag(column) for name, column in shapes.items()}
         shared = list(columns.values())
+        if bend is not None:
+            drag = np.sign(self.v) * power_of_speed(self.v, bend)
+            log = np.log(np.where(self.v != 0.0, np.abs(self.v), 1.0))
+            both = [self._lag(drag), self._lag(drag * log)]
+            return self._cost([*shared, both[0]]), sign, power, np.nan, columns, both
         if not self.faded:
-            return self._cost(shared), sign, power, np.nan, columns
+            return self._cost(shared), sign, power, np.nan, columns, []
 
         def cost(v_s: float) -> float:
             return self._cost([*shared, self._lag(sign * fade(self.v, v_s, power))])
@@ -162,8 +182,8 @@ class _Comparison:
         ends = np.log(grid[[max(best - 1, 0), min(best + 1, _GRID - 1)]])
         found = minimize_scalar(lambda u: cost(float(np.exp(u))), bounds=ends, method='bounded')
         if found.fun < costs[best]:
-            return float(found.fun), sign, power, float(np.exp(found.x)), columns
-        return costs[best], sign, power, float(grid[best]), columns
+            return float(found.fun), sign, power, float(np.exp(found.x)), columns, []
+        return costs[best], sign, power, float(grid[best]), columns, []
 
     def _cost(self, columns: Sequence[FloatArray]) -> float:
         """Return the sum of squares that is left where each bag has sizes of its own."""
@@ -183,7 +203,7 @@ class _Comparison:
         S is that of the fit of all bags with the accepted deviations, so that a bag whose S is
         another has the slope of its own knee.
         """
-        self.base = np.column_stack([c for c in self.columns.values() if len(c)])
+        self.base = np.column_stack([*(c for c in self.columns.values() if len(c)), *self.bend])
         if not self.faded:
             return
         shapes: dict[float, tuple[FloatArray, ...]] = {}
@@ -393,7 +413,7 @@ class _Comparison:
             for entry in found
             if entry.parameter not in names
         ]
-        X = np.column_stack([*own, *shared, *beside])
+        X = np.column_stack([*own, *shared, *beside, *self.bend])
         theta, residual = self._solve(X)
         errors = iter(zip(theta, self._errors(X, residual), strict=True))
         result: dict[str, dict[str, Parameter]] = {}

@@ -41,6 +41,8 @@ _OF_SOME = {
     'exponent': ('T2',),
     'viscous_asymmetry': ('T1', 'T3'),
     'stribeck_asymmetry': ('T2',),
+    'nonlinear_viscous': ('T1', 'T3'),
+    'power': ('T1', 'T3'),
 }
 #: Which of the ways is to be used.
 JOINT, BY_RULE, MEAN = 'joint', 'rule', 'mean'
@@ -131,7 +133,8 @@ class Consolidated:
         parameters = self.parameters
         known = all(name in parameters and _known(parameters[name]) for name in _STRIBECK)
         laws = [fit.fit.law for fit in self.fits.values()]
-        for law in laws:
+        # Of laws that all fit, that with the most terms has all of the parameters.
+        for law in sorted(laws, key=lambda law: -len(law_definition(law).terms)):
             names = law_definition(law).parameter_names
             if ('stribeck' in names) == known and all(name in parameters for name in names):
                 return law

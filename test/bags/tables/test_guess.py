@@ -723,6 +723,15 @@ def test_each_quantity_may_name_the_joints_of_its_columns_in_its_own_order(tmp_p
         map_columns(data, half, arm('upper', 'fore'))
 
 
+@pytest.mark.parametrize('entry', ['a=i:Nm', 'joint=a=i:Nm'])
+def test_a_column_may_have_an_equals_sign_in_its_name(tmp_path, entry):
+    t, q, _, current = joint(8)
+    data = save(tmp_path, [t, q, current], ['t', 'q', 'a=i'])
+    position = 'q:rad' if entry.startswith('a') else 'joint=q:rad'
+    content = map_columns(data, Columns({'position': [position], 'effort': [entry]})).content
+    assert content['joints']['joint']['effort'] == {'variable': 'a=i', 'unit': 'Nm'}
+
+
 def test_a_span_that_no_joint_has_in_rad_is_asked_for(tmp_path):
     t, q, _, current = joint(9)
     data = save(tmp_path, [t, np.rad2deg(q), current], ['t', 'q', 'i'])

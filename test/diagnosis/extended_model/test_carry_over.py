@@ -117,6 +117,15 @@ def test_what_is_not_there_on_folds_left_out_is_taken_back(monkeypatch):
     assert diagnosis.selection.remainder.beyond_chance
 
 
+def test_a_cause_that_is_taken_back_does_not_hide_a_tone():
+    selection = found(0.0).selection
+    cause = selection.accepted[0]
+    hum = replace(cause, instead='a tone of 6.3 Hz', failed=('a tone of 6.3 Hz explains more',))
+    gone = replace(cause, failed=(carry_over.NOT_RECURRING,))
+    assert replace(selection, rejected=hum).taken_back(gone).rejected is hum
+    assert replace(selection, rejected=None).taken_back(gone).rejected is gone
+
+
 def test_the_values_of_the_model_are_those_fitted_without_what_was_left_out():
     with_all, fewer = found(0.0), found(np.radians(150.0))
     drag = [

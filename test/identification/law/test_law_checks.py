@@ -93,3 +93,10 @@ def test_another_knee_is_told_with_its_values():
     check = knee_check(law, 'Nm')
     assert check.passed
     assert check.sentence.endswith('C 0.8 Nm, B 0.35 Nm s/rad, S 0.5 Nm, v_s 0.03 rad/s.')
+
+
+def test_drag_holds_a_bias_at_speed():
+    """C is .6 and the bias .8: the drag .4 w^2 is more than what is missing from .707 rad/s on."""
+    known = best(coulomb=0.6, viscous=0.0, bias=0.8, nonlinear_viscous=0.4, power=2.0)
+    assert dissipation_check(known, 'Nm', 0.72, 3.0).passed
+    assert not dissipation_check(known, 'Nm', 0.68, 3.0).passed
