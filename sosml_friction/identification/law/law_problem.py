@@ -18,7 +18,7 @@ from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.parameter_interval import NON_NEGATIVE
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_slopes
-from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous, power_of_speed
+from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous, power_columns
 from sosml_friction.model.terms.viscous_asymmetry import ViscousAsymmetry
 from sosml_friction.regression.column_norms import COLLINEAR, column_norms, told_beside
 
@@ -106,7 +106,7 @@ class LawProblem:
     def bent(self, power: float) -> LawProblem:
         """Return the problem with nonlinear viscous friction of a power of speed besides."""
         (name,) = NonlinearViscous.amplitudes
-        result = self._with(name, np.sign(self.v) * power_of_speed(self.v, power))
+        result = self._with(name, power_columns(self.v, power)[0])
         result.power = power
         return result
 
@@ -318,9 +318,8 @@ class LawProblem:
             size = size + amount * fade(self.speed, v_s, alpha)
         if POWER in found and self.power is not None:
             size_of_it = p[next(iter(NonlinearViscous.amplitudes))]
-            log = np.log(np.where(self.speed > 0.0, self.speed, 1.0))
-            slope = np.sign(self.v) * power_of_speed(self.v, self.power) * log
-            X = np.column_stack([X, size_of_it * self.made(slope)])
+            slope = self.made(power_columns(self.v, self.power)[1])
+            X = np.column_stack([X, size_of_it * slope])
             names = (*names, POWER)
         if SIGN_WIDTH in found:
             u = self.v / v0

@@ -5,11 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares, minimize_scalar
+from scipy.optimize import least_squares
 from scipy.stats import f as f_distribution
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
@@ -19,7 +19,6 @@ from sosml_friction.identification.law.law_form import ALPHAS, LawForm
 from sosml_friction.identification.law.law_problem import (
     EXPONENT,
     MOST_SOLVED,
-    POWER,
     SIGN_WIDTH,
     LawProblem,
     LawSolution,
@@ -33,7 +32,7 @@ from sosml_friction.regression.signals import WIDEST_SIGN
 _NOTHING = 1e-9
 #: Share of the sum of squares that is a rounding error.
 _ROUNDING = 1e-20
-_LEVEL = 0.95
+LEVEL = 0.95
 #: v_s is searched anew until no weight changes by more than this. Chosen, no measurement.
 _LIKE_WEIGHTS = 1e-3
 #: Laws are compared from this share of the least v_s on: there they are flat.
@@ -54,8 +53,6 @@ _AT_END = 1e-3
 _LEAST_V0, _LARGEST_V0 = 0.08, 2.0
 #: Where searches of the exponent begin, to both sides of the usual one, 1.
 _BENDS = (0.7, 1.6)
-#: A power of speed is found to this. Chosen, no measurement.
-_SAME_POWER = 1e-3
 
 
 def search_law(
@@ -143,22 +140,6 @@ def within(value: float, ends: tuple[float, float]) -> bool:
 
 def _cost(solution: LawSolution) -> float:
     return solution.cost
-
-
-@dataclass(frozen=True)
-class LawInPlace:
-    """
-    Hold the law that stands in place of one whose Stribeck term is a bend.
-
-    ``problem`` is that of its ``solution``: of a power of speed, or of no term besides C and B.
-    ``probability`` of it beside the law that it stands for, ``found``: parameters that are not
-    linear and that were found.
-    """
-
-    problem: LawProblem
-    solution: LawSolution
-    probability: float
-    found: tuple[str, ...] = ()
 
 
 class LawSearch:
@@ -418,7 +399,7 @@ class LawSearch:
         without: tuple[str, ...] = (),
         parameters: int = 1,
         freedom: float | None = None,
-        level: float = _LEVEL,
+        level: float = LEVEL,
     ) -> float:
         """
         Return which fall of the cost by some parameters chance exceeds, in 5 % or 1 - level.
@@ -434,29 +415,6 @@ class LawSearch:
         if freedom is None:
             freedom = self.problem.freedom(solution, self.found(solution), without)[name]
         return parameters * float(f_distribution.ppf(level, parameters, freedom)) * unit
-
-    def in_place(self) -> LawInPlace | None:
-        """
-        Return the law that is named in place of one whose Stribeck term is none, None if it is.
-
-        A Stribeck term fades from Coulomb friction and more to Coulomb friction. One that has not
-        faded at the fastest speed, or fades to nothing, or is no wider than its sign is a curve:
-        C beside it is friction at speeds that no data have. A power of speed in its place, whose
-        C is friction at standstill, is named unless the data refuse it; in place of a knee, only
-        if its probability is 0.95.
-        """
-        full = self.full
-        if self.form.law != 'auto' or full.v_s is None:
-            return None
-        smooth = self.is_smooth(full)
-        near = self.unfaded(full)
-        if near is not None:
-            law = self._with_power(near[0], near[1][POWER])
-            if law.probability > (_LEVEL if self.is_knee(full) else 1.0 - _LEVEL):
-                return law
-        return (
-            LawInPlace(self.problem, self.plain, 0.0, self.found(self.plain)) if smooth else None
-        )
 
     @property
     def last_knee(self) -> float:
@@ -474,34 +432,6 @@ class LawSearch:
             return False
         return law.v_s <= self.last_knee and self.problem.values_of(law)['coulomb'] > 0.0
 
-    def _with_power(self, law: LawSolution, power: float) -> LawInPlace:
-        """
-        Return the law of the power that explains most, near the best of those that are published.
-
-        It has as many numbers as a law with a Stribeck term.
-        """
-        k = POWERS.index(power)
-        best = minimize_scalar(
-            lambda power: self._bent_at(power, law)[1].cost,
-            bounds=(POWERS[max(k - 1, 0)], POWERS[min(k + 1, len(POWERS) - 1)]),
-            method='bounded',
-            options={'xatol': _SAME_POWER},
-        )
-        tried = [(self._bends[power], law), self._bent_at(float(best.x), law)]
-        problem, solution = min(tried, key=lambda one: one[1].cost)
-        unit = max(self._unit(self.full, 'stribeck'), np.finfo(float).tiny)
-        probability = rival_probability((solution.cost - self.full.cost) / unit)
-        found = (*((SIGN_WIDTH,) if self.finds_v0 and law.v0 > 0.0 else ()), POWER)
-        return LawInPlace(problem, solution, probability, found)
-
-    def _bent_at(self, power: float, like: LawSolution) -> tuple[LawProblem, LawSolution]:
-        problem = self.problem.bent(power)
-        return problem, problem.solve(None, like.v0, like.alpha, like.weights)
-
-    def at_power(self, power: float) -> LawInPlace:
-        """Return the law of a power of speed that is known."""
-        return LawInPlace(*self._bent_at(power, self.plain), 1.0)
-
     def _unit(self, solution: LawSolution, name: str, without: tuple[str, ...] = ()) -> float:
         """Return how much the cost rises by one jackknife standard error of a parameter."""
         found = self.found(solution)
@@ -510,8 +440,13 @@ class LawSearch:
             return 0.0
         return self.problem.covariance(solution, found, without)[name, name] / curvature
 
+    def probability(self, rival: LawSolution, law: LawSolution | None = None) -> float:
+        """Return how probable a law of as many numbers is beside another, the best by default."""
+        unit = max(self._unit(self.full, 'stribeck'), np.finfo(float).tiny)
+        return rival_probability((rival.cost - (law or self.full).cost) / unit)
+
     @cached_property
-    def _bends(self) -> dict[float, LawProblem]:
+    def bends(self) -> dict[float, LawProblem]:
         """Return the problems with a power of speed besides."""
         return {power: self.problem.bent(power) for power in POWERS}
 
@@ -527,7 +462,7 @@ class LawSearch:
         """
         tried = {
             (power, v0): its.solve(law.v_s, v0, law.alpha, law.weights)
-            for power, its in self._bends.items()
+            for power, its in self.bends.items()
             for v0 in dict.fromkeys((law.v0, 0.0))
         }
         power, v0 = min(tried, key=lambda one: tried[one].cost)
@@ -536,7 +471,7 @@ class LawSearch:
         limit = self.limit(named, 'coulomb', parameters=2, level=1.0 - CHANCE)
         if law.cost - best.cost <= max(limit, least):
             return None
-        return replace(law, v0=v0), self._bends[power].values_of(best)
+        return replace(law, v0=v0), self.bends[power].values_of(best)
 
     def unfaded(self, law: LawSolution) -> tuple[LawSolution, dict[str, float], float] | None:
         """
@@ -547,15 +482,14 @@ class LawSearch:
         """
         (name,) = NonlinearViscous.amplitudes
         usual, found = self.form.usual, []
-        for its in self._bends.values():
+        for its in self.bends.values():
             for v0 in dict.fromkeys((law.v0, self.plain.v0, 0.0)):
                 one = its.solve(None, v0, usual, law.weights)
                 found.append((one, its.values_of(one)))
         best, values = min(found, key=lambda one: one[0].cost)
         if values[name] <= 0.0:
             return None
-        unit = max(self._unit(self.full, 'stribeck'), np.finfo(float).tiny)
-        return best, values, rival_probability((best.cost - law.cost) / unit)
+        return best, values, self.probability(best, law)
 
     def shows_stribeck(self) -> bool:
         """Tell whether the extra term explains more than its parameters would by chance."""
@@ -608,5 +542,4 @@ class LawSearch:
         law = self.whole(self._refined(min(tried, key=_cost)))
         if self._ends(law):
             return None
-        excess, unit = law.cost - self.full.cost, self._unit(self.full, 'stribeck')
-        return law, rival_probability(excess / max(unit, np.finfo(float).tiny))
+        return law, self.probability(law)

@@ -19,6 +19,7 @@ from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_checks import dissipation_check, even_part
 from sosml_friction.identification.law.law_curve import largest_friction
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
+from sosml_friction.identification.law.law_in_place import LawInPlace
 from sosml_friction.identification.law.law_problem import EXPONENT, POWER, LawProblem
 from sosml_friction.identification.law.law_profile import LawProfile, about_best
 from sosml_friction.identification.law.law_search import LawSearch, within
@@ -80,9 +81,9 @@ class LawSummary:
         self.shown = power is None and search.shows_stribeck()
         self.solution = search.full if self.shown else search.plain
         self.found = search.found(self.solution)
-        self.in_place = search.in_place() if self.shown else None
+        self.in_place = LawInPlace.of(search) if self.shown else None
         if power is not None:
-            self.in_place = search.at_power(power)
+            self.in_place = LawInPlace.at_power(search, power)
         if self.in_place is not None:
             self.shown = False
             self.problem, self.solution = self.in_place.problem, self.in_place.solution

@@ -15,8 +15,9 @@ from sosml_friction.identification.law.law_checks import (
     knee_check,
     unfaded_check,
 )
+from sosml_friction.identification.law.law_in_place import LawInPlace
 from sosml_friction.identification.law.law_problem import EXPONENT, LawSolution
-from sosml_friction.identification.law.law_search import LawInPlace, LawSearch
+from sosml_friction.identification.law.law_search import LawSearch
 from sosml_friction.model.laws import FrictionLaw, law_definition, law_of
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous
 from sosml_friction.model.terms.viscous_asymmetry import ViscousAsymmetry

@@ -22,7 +22,7 @@ from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import fade, fade_slopes
-from sosml_friction.model.terms.nonlinear_viscous import power_of_speed
+from sosml_friction.model.terms.nonlinear_viscous import power_columns
 from sosml_friction.regression.column_norms import column_norms, told_beside
 
 #: Significance level: the share of agreeing bags that may be reported to differ.
@@ -164,9 +164,7 @@ class _Comparison:
         columns = {name: self._lag(column) for name, column in shapes.items()}
         shared = list(columns.values())
         if bend is not None:
-            drag = np.sign(self.v) * power_of_speed(self.v, bend)
-            log = np.log(np.where(self.v != 0.0, np.abs(self.v), 1.0))
-            both = [self._lag(drag), self._lag(drag * log)]
+            both = [self._lag(column) for column in power_columns(self.v, bend)]
             return self._cost([*shared, both[0]]), sign, power, np.nan, columns, both
         if not self.faded:
             return self._cost(shared), sign, power, np.nan, columns, []

@@ -22,6 +22,12 @@ def power_of_speed(v: FloatArray, power: float) -> FloatArray:
     return np.asarray(np.abs(v) ** power)
 
 
+def power_columns(v: FloatArray, power: float) -> tuple[FloatArray, FloatArray]:
+    """Return s |v|^p and its derivative by p, s |v|^p ln |v|, 0 at standstill."""
+    drag = np.sign(v) * power_of_speed(v, power)
+    return drag, drag * np.log(np.where(v != 0.0, np.abs(v), 1.0))
+
+
 class NonlinearViscous(EffortTerm):
     """
     Add P s |q'|^p: friction of lubricants and gears that bends with speed, or drag.
