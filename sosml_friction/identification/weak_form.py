@@ -440,12 +440,12 @@ class WeakForm:
             found = replace(found, keep=keep, unsmoothed=replace(before, keep=keep))
         memory = found.memory(following)
         if memory is None:
-            return found
+            return found.with_trend()
         if memory.shown:
             dry = about(memory.dry)
             self._lags[i] = np.zeros(len(self.time))
             self._lags[i][rows] = followed(dry, path / memory.distance, begun) - dry
-        return found.with_memory(memory)
+        return found.with_memory(memory).with_trend()
 
     def _friction(self, piece: _Piece, i: int) -> FloatArray:
         """Return the means of tau_f beside the bodies that the motion shows, (K,)."""

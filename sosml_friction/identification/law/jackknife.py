@@ -75,6 +75,6 @@ def _products(X: FloatArray, groups: IndexArray, w: FloatArray) -> FloatArray:
     return np.stack(each, axis=1)
 
 
-def t_95(freedom: float) -> float:
-    """Return half of a 95 % interval in standard errors, by Student's t."""
-    return float(t_distribution.ppf(0.975, freedom))
+def t_95(freedom: float, chance: float = 0.05) -> float:
+    """Return half of a 95 % interval in standard errors, by Student's t, or of 1 - chance."""
+    return float(t_distribution.ppf(1.0 - 0.5 * chance, freedom))

@@ -9,13 +9,11 @@ import numpy as np
 from scipy.stats import f as f_distribution
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.identification.law.jackknife import jackknife_covariance
 from sosml_friction.identification.law.law_problem import LawProblem, LawSolution
 from sosml_friction.identification.number_text import rounded
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.model.terms.nonlinear_viscous import power_of_speed
-from sosml_friction.regression.column_norms import column_norms
 
 DISSIPATION = 'dissipation'
 ODD_EVEN = 'odd_even'
@@ -24,7 +22,7 @@ BEND = 'bend'
 #: Chance below which a part that changes with speed is not taken for noise.
 CHANCE = 0.01
 #: Smaller than this share of friction it does not matter.
-_MATTERS = 0.02
+MATTERS = 0.02
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,7 @@ def bend_check(
     """
     apart = bent - law
     k = int(np.argmax(np.abs(apart)))
-    if abs(apart[k]) < _MATTERS * float(np.abs(law).max()):
+    if abs(apart[k]) < MATTERS * float(np.abs(law).max()):
         return None
     where = f'{speeds[k]:.3g} {unit_of("velocity", effort_unit)}' if k else 'standstill'
     return LawCheck(
@@ -183,7 +181,7 @@ def odd_even_check(
         f'{odd[1]:.3g} at {speeds[1]:.3g}'
     )
     change = float(abs(even[1] - even[0]))
-    if chance > CHANCE or change < _MATTERS * float(np.abs(odd).max()):
+    if chance > CHANCE or change < MATTERS * float(np.abs(odd).max()):
         return LawCheck(
             ODD_EVEN,
             True,
@@ -220,22 +218,14 @@ def even_part(
     form = problem.form
     p = dict(zip(problem.names(solution.v_s), solution.theta.tolist(), strict=True))
     if form.symmetric:
-        names, X = problem.jacobian(solution, nonlinear)
         even = [problem.speed]
         if solution.v_s is not None:
             even.append(fade(problem.speed, solution.v_s, solution.alpha))
-        X = np.column_stack([X, *(problem.made(column) for column in even)])
-        norms = column_norms(X)
-        w = solution.weights
-        root = np.sqrt(w)
-        scaled = X / norms * root[:, None]
-        theta = np.linalg.lstsq(scaled, solution.residual * root, rcond=1e-10)[0]
-        rest = solution.residual - X / norms @ theta
-        spread = jackknife_covariance(X / norms, rest, problem.groups, w)
-        own = np.arange(X.shape[1] - len(even), X.shape[1])
-        found = theta[own] / norms[own]
-        C = spread[np.ix_(own, own)] / np.outer(norms[own], norms[own])
-        bias = p['bias'] + float((theta / norms)[names.index('bias')])
+        more = np.column_stack([problem.made(column) for column in even])
+        step, spread, _, _ = problem.beside(solution, nonlinear, more)
+        found, C = step[-len(even) :], spread[-len(even) :, -len(even) :]
+        names, _ = problem.jacobian(solution, nonlinear)
+        bias = p['bias'] + float(step[names.index('bias')])
     else:
         of = ['viscous_asymmetry', *(['stribeck_asymmetry'] if solution.v_s else [])]
         full = problem.covariance(solution, nonlinear)

@@ -123,7 +123,7 @@ class LawProblem:
         result._spanned = None
         return result
 
-    def beside(self, effort: FloatArray) -> LawProblem:
+    def less(self, effort: FloatArray) -> LawProblem:
         """Return the problem of what is left beside an effort at all velocities."""
         result = copy(self)
         result.y = self.y - self.made(effort)
@@ -347,6 +347,23 @@ class LawProblem:
         return {
             (one, two): float(C[i, j]) for i, one in enumerate(kept) for j, two in enumerate(kept)
         }
+
+    def beside(
+        self, solution: LawSolution, found: tuple[str, ...], more: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """
+        Fit more columns (K, M) beside all parameters, linearised.
+
+        Return the steps of these and the factors of the columns after them (P + M,), their
+        covariance and degrees of freedom, and what is left (K,).
+        """
+        X = np.column_stack([self.jacobian(solution, found)[1], more])
+        norms, w = column_norms(X), solution.weights
+        X, root = X / norms, np.sqrt(w)
+        theta = np.linalg.lstsq(X * root[:, None], solution.residual * root, rcond=1e-10)[0]
+        left = solution.residual - X @ theta
+        C = jackknife_covariance(X, left, self.groups, w) / np.outer(norms, norms)
+        return theta / norms, C, jackknife_freedom(X, self.groups, w), left
 
     def freedom(
         self, solution: LawSolution, found: tuple[str, ...], without: tuple[str, ...] = ()

@@ -13,6 +13,7 @@ import numpy as np
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.friction_memory import FrictionMemory, friction_memory
+from sosml_friction.identification.law.friction_trend import FrictionTrend, friction_trend
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_problem import POWER
@@ -35,6 +36,8 @@ class LawRows:
     torque, else None. ``held``: y if effort is held where samples were lost; None where none were
     lost. ``late``: y if effort acts one standard error later; None where it is known when it acts.
     ``remembered``: y of the law if friction follows it over another distance; None where at once.
+    ``trend``: how friction changes over the recording, which y is without; ``trending`` (K, T):
+    what y may be off by in that.
     """
 
     v: FloatArray
@@ -52,6 +55,8 @@ class LawRows:
     late: FloatArray | None = None
     unsure: FloatArray | None = None
     remembered: FloatArray | None = None
+    trending: FloatArray | None = None
+    trend: FrictionTrend | None = None
 
     @property
     def known(self) -> BoolArray:
@@ -79,7 +84,8 @@ class LawRows:
             fit = fit.with_shift(
                 {n: unsure * (x - way[n]) for n, x in fit.drawn.items() if n in way}
             )
-        return fit
+        said = self.trend.check() if self.trend else None
+        return replace(fit, checks=(*fit.checks, said)) if said else fit
 
     def law(self, effort_unit: str) -> LawFit:
         """Return the law that fits best, without what the rows know of its parameters."""
@@ -100,6 +106,7 @@ class LawRows:
             late=each(self.late),
             unsure=each(self.unsure),
             remembered=each(self.remembered),
+            trending=each(self.trending),
         )
 
     def memory(
@@ -121,18 +128,31 @@ class LawRows:
         """
         if not memory.shown:
             return replace(self, remembered=self.y - memory.effort)
+        return replace(self.without(memory.effort), remembered=self.y - memory.bristles)
+
+    def with_trend(self) -> LawRows:
+        """Return the rows in the middle of their recording, where friction has a trend."""
+        trend = friction_trend(self._search, self.clusters[self.known])
+        if trend is None:
+            return self
+        effort, unsure = np.zeros(len(self.y)), np.zeros((len(self.y), trend.unsure.shape[1]))
+        effort[self.known], unsure[self.known] = trend.effort, trend.unsure
+        return replace(self.without(effort), trending=unsure, trend=trend)
+
+    def without(self, effort: FloatArray) -> LawRows:
+        """Return the rows without an effort (K,), which is none of the law's."""
 
         def of_law(y: FloatArray | None) -> FloatArray | None:
-            return None if y is None else y - memory.effort
+            return None if y is None else y - effort
 
         slope = self.unsmoothed
         return replace(
             self,
-            y=self.y - memory.effort,
-            unsmoothed=None if slope is None else replace(slope, y=slope.y - memory.effort),
+            y=self.y - effort,
+            unsmoothed=None if slope is None else replace(slope, y=slope.y - effort),
             held=of_law(self.held),
             late=of_law(self.late),
-            remembered=self.y - memory.bristles,
+            remembered=of_law(self.remembered),
         )
 
     def _other_ways(self) -> Iterator[tuple[LawRows, float]]:
@@ -145,6 +165,12 @@ class LawRows:
             yield replace(self, y=self.late), 1.0
         if self.remembered is not None:
             yield replace(self, y=self.remembered), 1.0
+
+    @property
+    def _unsure(self) -> FloatArray | None:
+        """Return all that y may be off by (K, U)."""
+        known = [each for each in (self.unsure, self.trending) if each is not None]
+        return np.hstack(known) if known else None
 
     def _summary(self, effort_unit: str, power: float | None = None) -> LawSummary:
         return LawSummary(self._search, effort_unit, power)
@@ -165,5 +191,5 @@ class LawRows:
             self.mean_v,
             self.form,
             self.extra,
-            self.unsure,
+            self._unsure,
         )

@@ -491,6 +491,15 @@ class LawSearch:
             return None
         return best, values, self.probability(best, law)
 
+    @cached_property
+    def knee_limit(self) -> float:
+        """Return what the Stribeck term lowers the cost by at most if chance does, in 5 %."""
+        # The direction of S: that of v_s is not defined where S is small.
+        parameters = 1 + len(self.problem.knee) + (EXPONENT in self.found(self.full))
+        limit = self.limit(self.full, 'stribeck', ('stribeck_velocity',), parameters)
+        # Below this, differences of cost are rounding errors.
+        return max(limit, _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2)))
+
     def shows_stribeck(self) -> bool:
         """Tell whether the extra term explains more than its parameters would by chance."""
         if self.form.law != 'auto':
@@ -499,14 +508,9 @@ class LawSearch:
             return False
         if self._is_driving():
             return False
-        # The direction of S: that of v_s is not defined where S is small.
-        parameters = 1 + len(self.problem.knee) + (EXPONENT in self.found(self.full))
-        limit = self.limit(self.full, 'stribeck', ('stribeck_velocity',), parameters)
-        # Below this, differences of cost are rounding errors.
-        rounding = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
-        if self.plain.cost - self.full.cost <= max(limit, rounding):
+        if self.plain.cost - self.full.cost <= self.knee_limit:
             return False
-        return not self.form.symmetric or self._shows_beside_direction(max(limit, rounding))
+        return not self.form.symmetric or self._shows_beside_direction(self.knee_limit)
 
     def _shows_beside_direction(self, limit: float) -> bool:
         """

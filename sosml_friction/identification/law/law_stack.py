@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.sparse import csr_array
 
 from sosml_friction.arrays import FloatArray, IndexArray
@@ -201,13 +202,15 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
             return None
         return weighed([p.y if way is None else way for p, way in zip(parts, ways, strict=True)])
 
+    bag = np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts])
+    of_row, trending = np.asarray(weights)[bag], _trending(parts)
     unsmoothed = None
     if any(rows.unsmoothed for rows in parts):
         unsmoothed = stack_rows([rows.unsmoothed or rows for rows in parts], weights).rows
     stacked = replace(
         parts[0],
         v=np.concatenate([rows.v for rows in parts]),
-        y=np.concatenate([w * rows.y for rows, w in zip(parts, weights, strict=True)]),
+        y=np.concatenate([rows.y for rows in parts]) * of_row,
         clusters=np.concatenate(clusters).astype(np.int64),
         keep=np.concatenate([rows.keep for rows in parts]),
         mean_v=np.concatenate([rows.mean_v for rows in parts]),
@@ -217,8 +220,20 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         held=other([rows.held for rows in parts]),
         late=other([rows.late for rows in parts]),
         remembered=other([rows.remembered for rows in parts]),
+        trending=None if trending is None else trending * of_row[:, None],
+        trend=None,
         # The bodies are the same in all recordings, and so are the columns.
         unsure=weighed([rows.unsure for rows in parts]),
     )
-    bag = np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts])
     return LawStack(stacked, bag)
+
+
+def _trending(parts: Sequence[LawRows]) -> FloatArray | None:
+    """Return what trends may be off by (K, T): each recording has one of its own."""
+    if all(rows.trending is None for rows in parts):
+        return None
+    none = [np.empty((len(rows.y), 0)) for rows in parts]
+    known = [rows.trending for rows in parts]
+    return np.asarray(
+        block_diag(*(n if x is None else x for n, x in zip(none, known, strict=True)))
+    )

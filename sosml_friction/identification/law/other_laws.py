@@ -167,7 +167,7 @@ class OtherLaws:
         share = before / (before + own)
         excess = float(np.log1p(before / own)) - share * size**2 / own
         size = float(np.copysign(np.sqrt((share * size) ** 2 + share * own), size))
-        rest = self.problem.beside(size * self.problem.speed)
+        rest = self.problem.less(size * self.problem.speed)
         other = rest.solve(law.v_s, law.v0, law.alpha, law.weights)
         self._add(other, {**rest.values_of(other), name: size}, rival_probability(excess))
 
