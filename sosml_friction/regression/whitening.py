@@ -121,7 +121,8 @@ def _contacts(
 
     A joint at rest has any friction up to that of motion, to either side: what is within twice
     that is no push. Nor is what a model whose numbers are refitted may be wrong by in its
-    equations.
+    equations, nor what a reversal may add: all of them share what is fitted, and each may be
+    another one.
 
     :param second: that, as a share of effort: the square of the tolerance, the second order.
     """
@@ -130,13 +131,18 @@ def _contacts(
     band = rows.signals[0].band
     # With the rests that were taken out: zeros are no usual size, whether friction there is known
     # or not.
-    for s, nominal, *own in zip(resting, rows.residual, *left, strict=True):
+    reversing = [k for k, name in enumerate(rows.nominal.names) if ' reversal ' in name]
+    most = rows.nominal.bound[reversing]
+    for s, Z, nominal, *own in zip(
+        resting, rows.nominal_columns, rows.residual, *left, strict=True
+    ):
         x = np.stack(own, axis=1)
         moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, LOAD_SMOOTHER)
         residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
         wrong = second * np.abs(s.band.apply(s.tau))
+        wrong += moves * (np.abs(Z[:, :, reversing]) @ most)
         columns = (residual, s.band.at_rows(s.time), s.band.at_rows(body), moves, nominal, wrong)
         parts.append([column[seen] for column in columns])
     residual, times, load, moving, expected, wrong = map(np.concatenate, zip(*parts, strict=True))

@@ -151,3 +151,24 @@ def test_a_push_on_a_residual_that_is_nothing_else_is_told(noise):
     e[:], e[1000:1030] = 0.0, 1.0
     found = find_contacts(e, t, STEP)
     assert [c.joint for c in found.contacts] == [0]
+
+
+@pytest.mark.parametrize('push', [0.0, 60.0])
+@pytest.mark.parametrize('seed', [1, 2])
+def test_where_a_coarse_position_turns_around_is_no_push(seed, push):
+    """Counts of 1.5 mm at 100 Hz: the 200 N that friction turns by come a sample early or late."""
+    step, rng = 0.01, np.random.default_rng(seed)
+    t = np.arange(0.0, 120.0, step)
+    w = 2.0 * np.pi * np.array([0.05, 0.11, 0.17, 0.29])
+    size, phase = np.array([0.15, 0.1, 0.075, 0.1]), rng.uniform(0.0, 2.0 * np.pi, 4)
+    u = np.outer(t, w) + phase
+    q, v, a = np.sin(u) @ size, np.cos(u) @ (size * w), -np.sin(u) @ (size * w**2)
+    tau = SLIDER_MASS * a + 100.0 * np.sign(v) + 200.0 * v + rng.normal(0.0, 1.0, len(t))
+    tau[(t > 60.0) & (t < 61.0)] += push
+    q = 1.5e-3 * np.round(q / 1.5e-3)
+    log, model = recording(('slider',), t, q, tau), slider_model(100.0, 200.0)
+    settings = DiagnosisSettings()
+    signals = prepare([log], model, model.make_robot(), settings)
+    contacts = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings).contacts
+    found = {round(each.start_s) for each in contacts.contacts}
+    assert 60 in found if push else not found
