@@ -11,17 +11,18 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
-from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
+from sosml_friction.diagnosis.decision.data_causes import data_causes
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
 from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import verdict_of
-from sosml_friction.diagnosis.design import Design
+from sosml_friction.diagnosis.design import Design, Step
 from sosml_friction.diagnosis.extended_model.effort_error import stages
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
 from sosml_friction.diagnosis.judgement import Judgement
+from sosml_friction.diagnosis.large_delay import check_of, large_delay
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
@@ -33,6 +34,7 @@ from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.terms.effort_delay import EffortDelay
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -126,6 +128,23 @@ def diagnose(
             library_hash=library_hash(library),
             sentence=str(error),
         )
+    found = _searched(design, model, keep_all, without, step)
+    if found.verdict != 'unknown_structure':
+        return found
+    late = large_delay(design, recordings, model, step)
+    if late is None:
+        return found
+    recordings = recordings.undone(late, check_of(late))
+    library = {name: term for name, term in library.items() if name != EffortDelay.identifier}
+    holdout = holdout and late.undone(holdout)
+    design = Design.make(recordings, model, robot, holdout, library, settings, step)
+    return _searched(design, model, keep_all, without, step)
+
+
+def _searched(
+    design: Design, model: RobotModelFile, keep_all: bool, without: tuple[str, ...], step: Step
+) -> Diagnosis:
+    """Return what is found in a design."""
     search = Search.run(design, step)
     step('measuring the gain')
     return _concluded(search, Judgement.of(search, model, keep_all), without, step)
@@ -143,7 +162,7 @@ def _concluded(
     causes = data_causes(checks, laboratory, without, selection)
     causes += [cause for cause in found if not cause.tolerated]
     # What the model lacks is told before what the data lack.
-    causes.sort(key=lambda cause: cause.effect in FAULTS)
+    causes.sort(key=lambda cause: cause.is_fault)
     verdict = verdict_of(causes, selection)
     recommendation = None
     if verdict == 'ambiguous':

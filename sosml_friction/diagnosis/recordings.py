@@ -13,6 +13,7 @@ from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.data_checks import Check, check_joints, check_log, without_bad
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.glitches import without_glitches
+from sosml_friction.identification.late_effort import LateEffort
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
 from sosml_friction.model.robot import Robot
 
@@ -66,3 +67,8 @@ class Recordings:
             if together > 1
         ]
         return replace(self, logs=tuple(log for log, _ in means), checks=(*self.checks, *told))
+
+    def undone(self, late: LateEffort, check: Check) -> 'Recordings':
+        """Return them with effort taken sooner by what it is late, which ``check`` says."""
+        logs = tuple(late.undone(log) for log in self.logs)
+        return replace(self, logs=logs, checks=(*self.checks, check))

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from sosml_friction.diagnosis.decision.cause import Cause
-from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE
 from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
 from sosml_friction.diagnosis.decision.remainder import REST
@@ -99,7 +98,7 @@ def sentence_of(
     gains = f'On {gain.on}: {_gains(gain, names, units)}.' if modelled else _NOT_MODELLED
     if verdict == 'unknown_structure':
         # A fault of the data leaves no residual: it is no part of what is missing.
-        told = _told([cause for cause in causes if cause.effect not in FAULTS], names)
+        told = _told([cause for cause in causes if not cause.is_fault], names)
         text = 'The model misses something that no cause of the catalogue explains'
         if told:
             text += f'; in part it looks like {told}'
@@ -109,7 +108,7 @@ def sentence_of(
             f'{text}. {where}{_not_shown(causes)}{gains}'
             f'{_contradicted((*causes, *tolerated))}{end}'
         )
-    if all(cause.effect in DATA_CAUSES for cause in causes):
+    if all(cause.effect in DATA_CAUSES or cause.is_fault for cause in causes):
         rest = _rest(selection, names, units).lstrip() or _nothing(selection, gain, names)
         return f'Named, of the data: {_told(causes, names)}. {rest}{end}'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'

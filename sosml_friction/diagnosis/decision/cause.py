@@ -11,6 +11,10 @@ from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Inner, Term
 
+#: Faults of the data. The diagnosis uses no recorded velocity, bridges short holes and undoes a
+#: large delay: they leave nothing in the residual.
+FAULTS = ('velocity_lag', 'dropped_samples', 'effort_delay')
+
 
 @dataclass(frozen=True)
 class Cause:
@@ -55,6 +59,11 @@ class Cause:
     def key(self) -> tuple[str, str]:
         """Return effect and joint."""
         return self.effect, self.joint
+
+    @property
+    def is_fault(self) -> bool:
+        """Tell whether a data check shows it, and nothing of it is left in the residual."""
+        return self.effect in FAULTS and self.evidence.get('delta_bic') is None
 
     @property
     def size_known(self) -> bool:

@@ -7,16 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from sosml_friction.diagnosis.data_checks import Check
-from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.decision.cause import FAULTS, Cause
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.parameter import Z_95, Parameter
+from sosml_friction.model.terms.effort_delay import EffortDelay
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.contacts import Impacts
 from sosml_friction.regression.whitened import WhitenedRegression
 
-#: Data checks that are a cause. The diagnosis uses no recorded velocity and bridges short holes:
-#: they leave nothing in the residual.
-FAULTS = ('velocity_lag', 'dropped_samples')
 #: Contacts are a cause if they hold at least this share of the residual's energy. Chosen, no
 #: measurement.
 _CONTACT = 0.02
@@ -49,6 +47,10 @@ def _faults(checks: Sequence[Check]) -> list[Cause]:
                 name: Parameter(value, 's' if name.endswith('_s') else '1')
                 for name, value in check.values.items()
             }
+            if check.kind == EffortDelay.identifier:
+                # As where a column of it is fitted.
+                delay, error = check.values.values()
+                parameters = {'delay': Parameter.estimated(delay, 's', error, Z_95)}
             causes.append(Cause(check.kind, check.joint, parameters, _NO_EVIDENCE))
     return causes
 

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from scipy.stats import norm
 
 from sosml_friction.diagnosis.decision.cause import Cause
-from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.parameter import Z_95, Parameter
@@ -32,7 +31,7 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     if any(not_shown(cause) for cause in causes):
         return 'unknown_structure'
     # A fault of the data leaves no residual: it does not explain one.
-    if any(cause.effect not in FAULTS for cause in causes):
+    if not all(cause.is_fault for cause in causes):
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
     # Neither is what only an impossible cause explains.
     if selection.remainder.beyond_chance or selection.refused is not None or is_a_tone:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.diagnosis.wording import describe
@@ -88,9 +87,7 @@ def clauses(sentence: str) -> list[list[str]]:
 
 def answer(diagnosis: Diagnosis) -> list[list[str]]:
     """Return the sentence of a diagnosis in clauses, without the faults of the data in it."""
-    faults = {
-        describe(cause, diagnosis.names) for cause in diagnosis.causes if cause.effect in FAULTS
-    }
+    faults = {describe(cause, diagnosis.names) for cause in diagnosis.causes if cause.is_fault}
     # The gain has a figure and a table of its own.
     gained = '' if diagnosis.gain is None else f'On {diagnosis.gain.on}:'
     text = diagnosis.sentence

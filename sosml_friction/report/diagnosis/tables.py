@@ -4,7 +4,6 @@
 
 import math
 
-from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.refitted_parameters import refitted_parameters
 from sosml_friction.diagnosis.wording import SIZE_UNKNOWN
@@ -26,7 +25,7 @@ def causes(diagnosis: Diagnosis) -> str:
     """Return what was named, its parameters, and what would explain the data as well."""
     rows = []
     for cause in diagnosis.terms:
-        if cause.effect in FAULTS:
+        if cause.is_fault:
             continue
         what = f'{joint_text(cause.joint)}: {words(cause.effect)}'
         what += ' as stated is off' if cause.stated else ''

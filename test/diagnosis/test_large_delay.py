@@ -1,0 +1,50 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Effort that is late by several samples is told, and nothing else is found for it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_robots import SLIDER_STEP, slider_model, slider_recording
+
+from sosml_friction.diagnosis.diagnosis import diagnose
+
+
+def late(samples, seed=0):
+    """Return the slider's recording with effort reported ``samples`` late."""
+    log = slider_recording(duration=40.0, seed=seed)
+    kept = np.arange(abs(samples), len(log) - abs(samples))
+    return replace(log.rows(kept), tau=log.tau[kept - samples])
+
+
+@pytest.fixture(scope='module')
+def model():
+    """Return the slider as it is."""
+    return slider_model(20.0, 200.0)
+
+
+@pytest.mark.parametrize('samples', [3, 8])
+def test_a_delay_beyond_a_radian_of_the_band_is_named_with_its_size(model, samples):
+    found = diagnose([late(samples)], model)
+    assert (found.verdict, [x.key for x in found.causes]) == ('named', [('effort_delay', '*')])
+    delay = found.causes[0].parameters['delay']
+    # Between two samples, effort may act at either: what a sample stands for is half of one.
+    assert delay.value == pytest.approx(samples * SLIDER_STEP, abs=0.5 * SLIDER_STEP)
+    assert found.sentence.startswith('Named, of the data: all joints: effort delay')
+    assert [check.kind for check in found.checks if 'taken' in check.sentence] == ['effort_delay']
+
+
+def test_a_recording_left_out_is_as_late(model):
+    found = diagnose([late(4)], model, holdout=late(4, seed=1))
+    assert found.gain.relative_before[0] < 5.0
+
+
+def test_effort_that_is_in_time_is_not_late(model):
+    found = diagnose([late(0)], model)
+    assert (found.verdict, found.causes) == ('nothing_above_floor', ())
+
+
+def test_where_no_delay_is_to_be_looked_for_none_is_told(model):
+    found = diagnose([late(4)], model, without=('effort_delay',))
+    assert 'effort_delay' not in [check.kind for check in found.checks]
