@@ -240,7 +240,7 @@ def _position_noise(log: JointLog, robot: Robot, step: float) -> tuple[PositionN
 def find_scales(logs: Sequence[JointLog], model: RobotModelFile, robot: Robot) -> Scales:
     """Return the scales of the joints over all recordings."""
     n = robot.n
-    quantum, noise = np.max([[signal_noise(x) for x in log.q.T] for log in logs], axis=0).T
+    quantum = np.max([[signal_noise(x)[0] for x in log.q.T] for log in logs], axis=0)
     q = np.concatenate([log.q for log in logs])
     tau = np.concatenate([log.tau for log in logs])
     # What is not known takes no part.
@@ -273,10 +273,7 @@ def find_scales(logs: Sequence[JointLog], model: RobotModelFile, robot: Robot) -
         for name, values in friction.items():
             if name in joint.friction.parameters:
                 values[i] = joint.friction.parameters[name].value
-    # A quantum that noise dithers is no resolution; less than a tenth of one is rounding.
-    dithered = noise > _DITHER * quantum
-    resolution = np.where(dithered, np.minimum(quantum, 12.0 * noise), quantum)
-    limit = np.maximum(np.maximum(_SIGN_SHARE * span, _SIGN_QUANTA * resolution), 1e-12)
+    limit = np.maximum(np.maximum(_SIGN_SHARE * span, _SIGN_QUANTA * quantum), 1e-12)
     known = np.isfinite(tau).any(axis=0)
     effort = np.zeros(n)
     effort[known] = np.sqrt(np.nanmean(tau[:, known] ** 2, axis=0))

@@ -11,7 +11,8 @@ import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
-from sosml_friction.regression.library_residual import MORE_AT_REST, RIDGE, in_motion
+from sosml_friction.regression.evidence import RIDGE
+from sosml_friction.regression.library_residual import MORE_AT_REST, in_motion
 from sosml_friction.regression.signals import Signals
 
 #: A joint sticks where it turns around if that leaves this many times the mean square of motion.

@@ -12,10 +12,10 @@ from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.tones import tone_in_place
-from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.carried_load import fitted_to_carried_load
+from sosml_friction.regression.chance import BEYOND_CHANCE
 from sosml_friction.regression.estimate import estimate, settle, with_amplitudes
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.rival import VERY_STRONG

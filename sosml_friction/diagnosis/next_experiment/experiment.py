@@ -24,6 +24,7 @@ from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, 
 from sosml_friction.motion.trajectory_kinds.rich import rich
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
+from sosml_friction.regression.band_rows import SMALL_GRID
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns
 from sosml_friction.regression.signals import Signals, make_signals
@@ -34,8 +35,6 @@ NEEDED = 10.0
 #: A trajectory along which one cause explains this share of the other does not separate the two,
 #: whatever their size: columns are not known any better. Chosen, no measurement.
 _HOPELESS = 0.995
-#: Largest grid [points] that is tried again along a planned motion. Chosen for its time.
-_MOST_POINTS = 12
 
 
 def recommend(
@@ -164,7 +163,7 @@ def _small_grid(
         if (
             candidate.effect.identifier == finding.effect.identifier
             and candidate.joint == finding.joint
-            and len(candidate.grid) <= _MOST_POINTS
+            and len(candidate.grid) <= SMALL_GRID
             and np.array_equal(columns.rows, finding.columns.rows)
         ):
             return candidate, columns
