@@ -10,3 +10,9 @@ CHANCE = 0.01
 #: A change of more standard errors than this is beyond chance: one-sided, of a normal
 #: distribution. A right cause that is too fast to show in 0.3 s stays below it.
 BEYOND_CHANCE = float(norm.isf(CHANCE))
+#: Share of an energy, a range of motion or a load that is as good as none of it. Chosen, no
+#: measurement.
+NEGLIGIBLE = 0.02
+#: Fewest numbers whose usual size is known: their root mean square to 1 / sqrt(2 20) = 16 %, their
+#: median absolute deviation to 25 %.
+FEWEST = 20

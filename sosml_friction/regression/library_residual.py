@@ -10,20 +10,19 @@ from scipy.stats import chi2
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
-from sosml_friction.regression.chance import CHANCE
+from sosml_friction.regression.chance import CHANCE, NEGLIGIBLE
+from sosml_friction.regression.column_norms import COLLINEAR
 from sosml_friction.regression.evidence import RIDGE
 from sosml_friction.regression.kernels import ROWS_AT_ONCE, products, squares
 from sosml_friction.regression.noise_model import NoiseModel, fit_noise
 from sosml_friction.regression.signals import Signals
 
-#: At most this many points of a large grid are taken off, each of at least this share of the
-#: residual's energy. Chosen, no measurement.
-_LINES, _LINE = 16, 0.02
-#: Times at which a step is tried, at most. Chosen, no measurement: 15 ms of a minute.
+#: At most this many points of a large grid are taken off. Halved and doubled, no answer of
+#: ``python -m validation.sensitivity --seed 1`` changes.
+_LINES = 16
+#: Times at which a step is tried, at most. 15 ms of a minute. Halved and doubled, no answer of
+#: ``python -m validation.sensitivity --seed 1`` changes.
 _STEPS = 4096
-#: A step of which the library leaves less than this share of its rows is none beside it. Chosen,
-#: no measurement: its height would be known from a thousandth of the data.
-_BESIDE_LIBRARY = 1e-3
 #: How often what the library takes of noise is put back. Where it takes the share h, the power
 #: that is missing is h^(k + 1) after k rounds: of 0.4 it is 3 %.
 _FILLED = 3
@@ -178,7 +177,7 @@ def _step(
     count = len(residual) - starts
     own = count - np.einsum('cp,pc->c', D, beside)
     # What the library can make of its columns is no step beside it.
-    tried = own > _BESIDE_LIBRARY * count
+    tried = own > COLLINEAR * count
     if not tried.any():
         return 0, 0.0, np.zeros(len(G))
     own = np.where(tried, own, 1.0)
@@ -191,7 +190,7 @@ def _step(
     usual = float(np.median(others)) / float(chi2.median(1))
     least = float(chi2.isf(CHANCE / tried.sum(), 1))
     share = gain[best] / max(float(residual @ residual), 1e-300)
-    if gain[best] <= least * usual or share < _LINE:
+    if gain[best] <= least * usual or share < NEGLIGIBLE:
         return 0, 0.0, np.zeros(len(G))
     return int(starts[best]), height, beside[:, best]
 
@@ -233,7 +232,7 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
             gain = np.einsum('gk,gkl,gl->g', d, inverse, d)
             best = int(np.argmax(gain))
             energy = float(left @ left)
-            if gain[best] < _LINE * energy + _CHANCE * energy / len(left):
+            if gain[best] < NEGLIGIBLE * energy + _CHANCE * energy / len(left):
                 break
             kept.append(C[:, best])
             X = np.concatenate(kept, axis=1)

@@ -9,8 +9,9 @@ from sosml_friction.regression.band import Band
 
 #: Half the width of an interval in standard deviations: of a Gaussian, 0.3 % is beyond.
 _SURE = 3.0
-#: Fewest cycles of a cut-off in a recording. Chosen, no measurement.
-_CYCLES = 4.0
+#: Cycles of a cut-off that its low-pass is long, (80 - 7.95) / 4.57 pi by Kaiser's formula: a
+#: shorter recording has none of it.
+_CYCLES = 5.0
 
 
 def steady_acceleration(a: FloatArray, noise: FloatArray, band: Band) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy as np
 
 from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import BandRows
-from sosml_friction.regression.contacts import LOAD_SMOOTHER, Contacts, find_contacts
+from sosml_friction.regression.contacts import Contacts, find_contacts
 from sosml_friction.regression.evidence import whiten_all
 from sosml_friction.regression.kernels import runs
 from sosml_friction.regression.library_residual import LibraryResidual, in_motion
@@ -134,7 +134,7 @@ def _contacts(
         x = np.stack(own, axis=1)
         moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
         # What the body behind each gear needs, without the motor's own rotor.
-        body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, LOAD_SMOOTHER)
+        body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, 1.0)
         residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
         wrong = second * np.abs(s.band.apply(s.tau))
         columns = (residual, s.band.at_rows(s.time), s.band.at_rows(body), moves, nominal, wrong)

@@ -14,11 +14,11 @@ def the_number(name):
     return next(number for number in chosen_numbers() if number.label.endswith('.' + name))
 
 
-def test_numbers_that_say_that_they_were_chosen_are_found_and_settings_and_no_others():
+def test_numbers_that_were_chosen_are_found_and_settings_and_no_others():
     labels = {number.label for number in chosen_numbers()}
     assert 'diagnosis.decision.selector._REFINED' in labels
     # Its comment has two lines, and it stands with another.
-    assert 'diagnosis.decision.rivals._REST_SHARE' in labels
+    assert 'regression.inner_search._FINER' in labels
     assert 'regression.settings.floor' in labels
     # By measurement, by definition, and no threshold.
     assert not labels & {'regression.contacts._IMPACT', 'regression.contacts._MINORITY'}

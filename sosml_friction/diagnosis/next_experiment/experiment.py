@@ -32,9 +32,6 @@ from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Log-likelihood by which the right cause has to lead: odds of exp(10) = 22 000 to 1.
 NEEDED = 10.0
-#: A trajectory along which one cause explains this share of the other does not separate the two,
-#: whatever their size: columns are not known any better. Chosen, no measurement.
-_HOPELESS = 0.995
 
 
 def recommend(
@@ -73,9 +70,9 @@ def recommend(
     options = weigh(laboratory, cause, rival)
     runs = [option for option in options if option.kind == 'trajectory']
     changes = [option for option in options if option.kind == 'condition']
-    best = next(
-        (option for option in runs if option.margin > NEEDED and option.overlap < _HOPELESS), None
-    )
+    # Of what leaves less than the floor of a cause, its column is not known any better.
+    most = 1.0 - laboratory.settings.floor
+    best = next((run for run in runs if run.margin > NEEDED and run.overlap < most), None)
     aliases = other in finding.effect.aliases or own in closest.effect.aliases
     if best is not None and not aliases:
         return Recommendation(

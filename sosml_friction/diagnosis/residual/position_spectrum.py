@@ -15,7 +15,7 @@ from sosml_friction.regression.kernels import POINTS_AT_ONCE, squares
 
 #: One turn [rad].
 _TURN = 2.0 * np.pi
-#: Most lines: XXX.
+#: Most lines of a joint, both ways: those of a minute take half a second.
 _MOST = 800
 #: At this share of the speed a line still has to be within the band.
 _SLOW = 0.04
