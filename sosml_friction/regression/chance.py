@@ -9,7 +9,10 @@ from scipy.stats import norm
 CHANCE = 0.01
 #: A change of more standard errors than this is beyond chance: one-sided, of a normal
 #: distribution. A right cause that is too fast to show in 0.3 s stays below it.
-BEYOND_CHANCE = float(norm.isf(CHANCE))
+BEYOND_CHANCE = round(float(norm.isf(CHANCE)), 2)
+#: Bound of what varies by chance, in standard deviations: 99.7 % of a normal distribution are
+#: within.
+SIGMAS = 3.0
 #: Share of an energy, a range of motion or a load that is as good as none of it. Chosen, no
 #: measurement.
 NEGLIGIBLE = 0.02

@@ -11,8 +11,7 @@ from scipy.stats import chi2
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
 from sosml_friction.regression.chance import CHANCE, NEGLIGIBLE
-from sosml_friction.regression.column_norms import COLLINEAR
-from sosml_friction.regression.evidence import RIDGE
+from sosml_friction.regression.column_norms import COLLINEAR, ROUNDING
 from sosml_friction.regression.kernels import ROWS_AT_ONCE, products, squares
 from sosml_friction.regression.noise_model import NoiseModel, fit_noise
 from sosml_friction.regression.signals import Signals
@@ -129,7 +128,7 @@ def library_residual(rows: BandRows) -> LibraryResidual:
         norms = np.sqrt(np.diag(G))
         act = norms > 0.0
         norms = norms[act]
-        G = G[np.ix_(act, act)] / norms / norms[:, None] + RIDGE * np.eye(len(norms))
+        G = G[np.ix_(act, act)] / norms / norms[:, None] + ROUNDING * np.eye(len(norms))
         fit = LibraryFit(rows, i, act, norms, G)
         fits.append(fit)
         fitted = fit.fitted(fit.solved(r[act] / norms))

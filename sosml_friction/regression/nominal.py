@@ -13,11 +13,11 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_delay import effort_slope
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.scales import Scales
+from sosml_friction.regression.chance import SIGMAS
+from sosml_friction.regression.column_norms import ROUNDING
 from sosml_friction.regression.signals import Signals, bump, sign_state
 from sosml_friction.regression.stated import Stated
 
-#: Bound of a tolerance in standard deviations of its prior: 99.7 % of a normal one are within.
-BOUND_SIGMAS = 3.0
 #: Share of a sampling interval by which effort may be off, it holds at its start, middle or end,
 #: and the instant at which friction turns around.
 _HOLD = 0.55
@@ -38,8 +38,6 @@ SOFTER, _WIDER = 'softer', 1.5
 EFFORT_HOLD = 'effort hold'
 #: Direction of a first moment that is normally off, as a share of the tolerance of its size.
 _ASKEW = 0.3
-#: Share of a column that the others must leave for it to count as one of its own.
-_COLLINEAR = 1e-7
 #: In a body's ten numbers: first moments, moments of inertia, products of inertia, mass.
 _ORDER = (1, 2, 3, 4, 6, 9, 5, 7, 8, 0)
 
@@ -209,7 +207,7 @@ def make_nominal(
     names.append(EFFORT_HOLD)
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
-    priors = bounds / BOUND_SIGMAS
+    priors = bounds / SIGMAS
     return Nominal(tuple(names), bounds, priors, rigid, rigid_columns, silent, stated, recordings)
 
 
@@ -254,7 +252,7 @@ def _base(robot: Robot, tolerance: float) -> tuple[IndexArray, FloatArray]:
         rest = Y[:, index]
         if chosen:
             rest = rest - Y[:, chosen] @ np.linalg.lstsq(Y[:, chosen], rest, rcond=None)[0]
-        if float(np.linalg.norm(rest)) > _COLLINEAR * size:
+        if float(np.linalg.norm(rest)) > ROUNDING * size:
             chosen.append(index)
     bounds = limits[chosen]
     others = [k for k in order if k not in chosen and limits[k] > 0.0]

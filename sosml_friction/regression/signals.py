@@ -37,23 +37,27 @@ from sosml_friction.regression.steady_acceleration import steady_acceleration
 _SIGN_SHARE, _SIGN_QUANTA = 4e-4, 8.0
 #: Displacements tried, as shares of that.
 _SIGN_SHARES = (0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 1.0)
-#: Least white noise that dithers a quantum of position, as a share of the quantum: less is
-#: rounding. Chosen, no measurement.
+#: Least white noise of position that dithers its quantum, as a share of the quantum: beside less
+#: it is the smallest step of a smooth signal. Halved and doubled, no answer of ``python -m
+#: validation.sensitivity --seed 1`` changes.
 _DITHER = 0.1
 #: Widest sign, as a share of the top speed: three times as fast it is 99.5 % of itself, and what
-#: still grows there is no sign but a law of velocity. Chosen, no measurement.
+#: still grows there is no sign but a law of velocity. Halved and doubled, no answer of ``python -m
+#: validation.sensitivity --seed 1`` changes.
 WIDEST_SIGN = 0.1
-#: Widths tried where the model states none, as shares of the top speed. Chosen, no measurement.
+#: Widths tried where the model states none, as shares of the top speed. Halved and doubled, no
+#: answer of ``python -m validation.sensitivity --seed 1`` changes.
 _WIDTHS = (0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, WIDEST_SIGN)
 #: And then, as shares of the best of these: a quarter of a step and half of one to both sides.
 _NEARER = (0.76, 0.87, 1.0, 1.15, 1.32)
 #: Widest sign beside a knee, as a share of its v_s: twice as wide, friction is largest at v_s / 2
-#: and hardly more than half of S, and the two are one bend. Chosen, no measurement.
+#: and hardly more than half of S, and the two are one bend. Halved and doubled, no answer of
+#: ``python -m validation.sensitivity --seed 1`` changes.
 _OF_KNEE = 0.25
 #: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
 _BENDS = (-0.2, 0.0, 0.2, 0.4)
-#: Shortest stretch without holes that is used, in periods of the low-pass's cut-off. Chosen, no
-#: measurement.
+#: Shortest stretch without holes that is used, in periods of the low-pass's cut-off, of which the
+#: low-pass takes two at each end: 7 %.
 _SHORTEST_CYCLES = 60.0
 #: Narrowest band [Hz]. Chosen, no measurement.
 _NARROWEST = 12.0

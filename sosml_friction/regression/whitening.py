@@ -21,7 +21,7 @@ from sosml_friction.regression.rests import WhitenedRests
 from sosml_friction.regression.signals import Signals
 
 #: Noise is fitted to pieces of more rows than this many times its order: a piece gives ORDER rows
-#: less than it has. Chosen, no measurement.
+#: less than it has, and so at least three quarters of them.
 _PIECE = 4
 #: Smallest standard deviation of noise, as a share of the effort's root mean square.
 _LEAST_NOISE = 1e-6
