@@ -11,7 +11,8 @@ from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.chance import FEWEST, NEGLIGIBLE
 from sosml_friction.regression.kernels import runs
 
-#: A contact is looked for in the mean of the residual over this time [s]. Chosen, no measurement.
+#: A contact is looked for in the mean of the residual over this time [s]. Halved and doubled, no
+#: answer of ``python -m validation.sensitivity --seed 1`` changes.
 _WINDOW_S = 0.24
 #: A mean that is off by more than this many robust standard deviations belongs to a contact.
 #: Measured by ``python -m validation.leftovers``, seeds 424242 and 20261213: the largest of 84
@@ -22,7 +23,8 @@ _OVER = 7.0
 #: period does not: it is asked with the windows before and after.
 _SWINGS = 0.094
 #: Contacts over more than this share of the time, or more contacts than this, are none, but a
-#: model that is wrong throughout. Chosen, no measurement.
+#: model that is wrong throughout. Halved and doubled, no answer of ``python -m
+#: validation.sensitivity --seed 1`` changes.
 _MOST, _MANY = 0.15, 12
 #: Largest share of the rows of a motion that pushes may spoil. Chosen, no measurement.
 _MOST_PUSHED = 0.75
@@ -31,8 +33,9 @@ _ROUNDS = 100
 #: Standard deviation of a normal distribution over its median absolute deviation.
 _ROBUST = 1.4826
 
-#: Impacts are looked for within this time before and after the load changes its sign [s]. Chosen,
-#: no measurement.
+#: Impacts are looked for within this time before and after the load changes its sign [s]. Halved,
+#: no answer of ``python -m validation.sensitivity --seed 1`` changes; doubled, one of nine does: a
+#: gap is named that is else not seen.
 _FLANKS_S = 0.15
 #: A gear has backlash if the mean square around these changes is more than the first number of
 #: times that of the rest, at the second number of changes or more, and if most of what the load
@@ -40,7 +43,7 @@ _FLANKS_S = 0.15
 #: gears without backlash was 3, the smallest of 6 with backlash was 6.6.
 _IMPACT, _FEWEST, _MOST_OF_CHANGE = 4.5, 4, 0.5
 #: An impact lasts while the mean square over this time [s] is that many times that of the rest,
-#: too. Chosen, no measurement.
+#: too. Halved and doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes.
 _RINGING_S = 0.1
 #: Impacts spoil less than this share of the rows in which a joint moves: what most of a motion is
 #: made of is the motion. By definition of a minority.

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.regression.chance import NEGLIGIBLE
 from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -16,6 +17,13 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: gain is left. An alias has more than this share of its twin's evidence. Halved and doubled, no
 #: answer of ``python -m validation.sensitivity --seed 1`` changes.
 _OVERLAP = 0.5
+#: A joint stands still below this share of its top speed. Halved and doubled, no answer of
+#: ``python -m validation.sensitivity --seed 1`` changes.
+_AT_REST = 2e-3
+#: A cause is a constant if each form of its grid, those without speed too, explains this share of
+#: what the best form explains. Halved and doubled, no answer of ``python -m validation.sensitivity
+#: --seed 1`` changes.
+_CONSTANT = 0.9
 #: A rival's evidence is within VERY_STRONG of the best, or within this share of the residual
 #: energy beyond noise that the best leaves: what neither explains could have decided between them.
 #: Halved and doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes.
@@ -88,9 +96,14 @@ class Rivals:
         """
         Return the aliases of a candidate that explain most of what it does.
 
-        Only reversals and rest tell the two apart, and how friction acts there is not known.
+        Where the joint never stands still, those of a constant in any case: only reversals tell
+        them apart then, and how friction turns around there is not known.
         """
+        # Where a dependence on speed is seen too, a constant alone is no alias.
+        constant = finding.score.gains.min() > _CONSTANT * finding.score.gains.max()
         least = max(_OVERLAP * finding.delta_bic, VERY_STRONG)
+        if constant and not self._stands_still(finding.joint):
+            least = -np.inf
         return [
             other
             for other in self._found
@@ -114,3 +127,12 @@ class Rivals:
             return finding.delta_bic - finding.score.gain + fit.score(finding.columns).gain
 
         return evidence
+
+    def _stands_still(self, joint: int) -> bool:
+        """Tell whether a joint stands for some of the time, so that its friction is known."""
+        slow = [
+            np.abs(signals.v[:, joint]) < _AT_REST * signals.scales.speed[joint]
+            for signals in self._laboratory.signals
+            if not any(rest.joint == joint for rest in signals.rests)
+        ]
+        return bool(slow) and bool(np.concatenate(slow).mean() > NEGLIGIBLE)
