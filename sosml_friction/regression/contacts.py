@@ -26,7 +26,8 @@ _SWINGS = 0.094
 #: model that is wrong throughout. Halved and doubled, no answer of ``python -m
 #: validation.sensitivity --seed 1`` changes.
 _MOST, _MANY = 0.15, 12
-#: Largest share of the rows of a motion that pushes may spoil. Chosen, no measurement.
+#: Largest share of the rows of a motion that pushes may spoil. Halved and doubled, no answer of
+#: ``python -m validation.sensitivity --seed 1`` changes.
 _MOST_PUSHED = 0.75
 #: Most rounds in which the two levels of a push are found: they settle in a few.
 _ROUNDS = 100
