@@ -14,12 +14,14 @@ parameter that is named and truly beyond its tolerance is right, and no cause to
 from __future__ import annotations
 
 import tempfile
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
@@ -63,10 +65,28 @@ def model(coulomb: float, viscous: float) -> RobotModelFile:
     return RobotModelFile('axis', {'axis': joint}, axis.urdf())
 
 
-def trial(
-    seed: int, kind: str, effect: str, k: int, settings: DiagnosisSettings | None = None
-) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Hidden:
+    """
+    Hold what was hidden in an axis, and what was recorded of it.
+
+    ``row``: kind, effect, number, SNR and size; ``plain``: the axis without the effect; ``guess``:
+    the nominal friction [N, N s/m]; ``logs``: the recording and the one that is left out.
+    """
+
+    row: dict[str, Any]
+    plain: Axis
+    guess: FloatArray
+    logs: tuple[JointLog, JointLog]
+
+
+def trial(seed: int, kind: str, effect: str, k: int) -> dict[str, Any]:
     """Return what was hidden, what was answered, and what that is worth."""
+    return asked(hidden(seed, kind, effect, k))
+
+
+def hidden(seed: int, kind: str, effect: str, k: int) -> Hidden:
+    """Return an axis with an effect, recorded."""
     rng = np.random.default_rng([seed, k, *f'{kind} {effect}'.encode()])
     noise = 2.0 if kind == 'null' and k % 2 else 1.0
     axis = plain = make_axis(rng)
@@ -86,10 +106,18 @@ def trial(
         share = 1.0 + np.exp(rng.uniform(np.log(0.1), np.log(2.0), 2))
         guess = guess * share ** rng.choice([-1.0, 1.0], 2)
     row: dict[str, Any] = {'kind': kind, 'effect': effect, 'k': k, 'snr': snr, 'size': size}
+    logs = [recorded(axis, way, rng, noise) for way in (reference, moves(OTHER, OTHER_S))]
+    return Hidden(row, plain, guess, (logs[0], logs[1]))
+
+
+def asked(this: Hidden, settings: DiagnosisSettings | None = None) -> dict[str, Any]:
+    """Return what was answered of an axis, and what that is worth."""
+    row, plain, guess = this.row, this.plain, this.guess
+    kind, effect, size = (row[name] for name in ('kind', 'effect', 'size'))
     with tempfile.TemporaryDirectory() as name:
         bags = [Path(name) / 'bag', Path(name) / 'holdout']
-        for bag, motion in zip(bags, (reference, moves(OTHER, OTHER_S)), strict=True):
-            write_joint_log(recorded(axis, motion, rng, noise), bag)
+        for bag, log in zip(bags, this.logs, strict=True):
+            write_joint_log(log, bag)
         try:
             nominal = model(*guess.tolist())
             found = diagnose_bags(bags[:1], nominal, holdout=bags[1], settings=settings)

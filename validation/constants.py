@@ -20,16 +20,16 @@ import sosml_friction.diagnosis
 import sosml_friction.regression
 from sosml_friction.regression.settings import DiagnosisSettings
 
-#: What a comment says of a number without an origin.
-CHOSEN = 'chosen, no measurement'
+#: What a comment says of a number without an origin, and of one that was halved and doubled.
+CHOSEN, CHANGED = 'chosen, no measurement', 'validation.sensitivity'
 _HEAD = """\
 # The numbers of the diagnosis
 
 Written by `python -m validation.constants > docs/constants.md`; a test compares the two. Each row
 is a constant of `sosml_friction/diagnosis/` or `sosml_friction/regression/`, with the comment
 above it: what it is, its unit, and where it comes from. {count} of {all} say "Chosen, no
-measurement": they have no origin, and `python -m validation.sensitivity --seed 1` halves and
-doubles each, to tell which of them the answers hang on.
+measurement": they have no origin. {changed} trade one thing for another, and say what hangs on
+them: `python -m validation.sensitivity --seed 1` halves and doubles each number of both kinds.
 """
 
 
@@ -51,6 +51,11 @@ class Number:
     def is_chosen(self) -> bool:
         """Tell whether its comment says that it has no origin."""
         return CHOSEN in self.comment.lower()
+
+    @property
+    def is_changed(self) -> bool:
+        """Tell whether its comment says which answers change with it."""
+        return CHANGED in self.comment
 
 
 def constants() -> list[Number]:
@@ -93,7 +98,11 @@ def _is_number(value: Any) -> bool:
 def constants_document() -> str:
     """Return the page."""
     found = constants()
-    head = _HEAD.format(count=sum(number.is_chosen for number in found), all=len(found))
+    head = _HEAD.format(
+        count=sum(number.is_chosen for number in found),
+        all=len(found),
+        changed=sum(number.is_changed for number in found),
+    )
     settings = [
         f'`{name} = {value:g}`'
         for name, value in vars(DiagnosisSettings()).items()

@@ -6,10 +6,10 @@ Halve and double each number of the diagnosis, and count the answers that change
     python -m validation.sensitivity --seed 1 --out OUT
 
 The recordings are those of :mod:`validation.axis_campaign`. A number is a constant of a module of
-``diagnosis`` or ``regression`` that says "Chosen, no measurement", or a default of
-``DiagnosisSettings``; of a tuple all entries are changed together. An answer is its verdict, and
-the effect, joint and rivals of each cause. One file per number and factor in OUT: a run that was
-stopped goes on. Numbers inside compiled functions are not reached: none is chosen.
+``diagnosis`` or ``regression`` that says "Chosen, no measurement" or what this command says of it,
+or a default of ``DiagnosisSettings``; of a tuple all entries are changed together. An answer is
+its verdict, and the effect, joint and rivals of each cause. One file per number and factor in OUT:
+a run that was stopped goes on. Numbers inside compiled functions are not reached: none is chosen.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from sosml_friction.regression.settings import DiagnosisSettings
-from validation.axis_campaign import trial
+from validation.axis_campaign import asked, hidden
 from validation.constants import Number, constants
 
 FACTORS = (0.5, 2.0)
@@ -52,8 +53,8 @@ GOOD = {
 
 
 def chosen_numbers() -> list[Number]:
-    """Return the constants whose comment says that no measurement chose them, and settings."""
-    found = [number for number in constants() if number.is_chosen]
+    """Return the constants that were chosen, with what hangs on them or without, and settings."""
+    found = [number for number in constants() if number.is_chosen or number.is_changed]
     settings = DiagnosisSettings()
     found += [
         Number(DiagnosisSettings.__module__, each.name, value)
@@ -104,11 +105,15 @@ def changed(number: Number, factor: float) -> Iterator[DiagnosisSettings]:
             setattr(module, number.name, number.value)
 
 
+# Drawn and simulated once, and asked again and again.
+recorded_trial = cache(hidden)
+
+
 def answers(seed: int, settings: DiagnosisSettings | None = None) -> list[list[Any]]:
     """Return outcome, verdict and causes of each recording of the plan."""
     found = []
-    for kind, effect, k in PLAN:
-        row = trial(seed, kind, effect, k, settings)
+    for each in PLAN:
+        row = asked(recorded_trial(seed, *each), settings)
         found.append([row['outcome'], row.get('verdict'), row.get('causes')])
     return found
 

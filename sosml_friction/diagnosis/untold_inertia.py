@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from sosml_friction.diagnosis.data_checks import Check
-from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.inertia import Inertia
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
+from sosml_friction.regression.chance import BEYOND_CHANCE
 from sosml_friction.regression.estimate import Placed, estimate
 from sosml_friction.regression.whitened import WhitenedRegression
 

@@ -17,13 +17,13 @@ from sosml_friction.model.finite_differences import convolved
 #: Samples kept per cycle of the cut-off: Nyquist's 2, and room for the filter's transition.
 _OVERSAMPLING = 10.0 / 3.0
 #: Position is low-passed at this multiple of the band before anything non-linear is made of it:
-#: friction, its square and its sign have harmonics. Chosen, no measurement.
+#: the product of two signals of the band reaches twice as far.
 _WIDER = 2.0
 #: Largest ripple of that low-pass [dB], 1e-4: position passes it and effort does not, and a
 #: model's equations may be wrong by the square of its tolerance, 1.2e-3.
 _RIPPLE_DB = 80.0
 #: Filtered samples of one matrix product. More of them share less of the samples they see, fewer
-#: are slower for their calls. Chosen, no measurement.
+#: are slower for their calls. A size of time, not of the answer.
 _BLOCK = 16
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.evidence import AT_BOUND, UNIFORM, Fit
+from sosml_friction.regression.kernels import ROWS_AT_ONCE
 
 #: Over how many hats a curve is smooth: the length of its Gaussian kernel. Chosen: two hats bend
 #: within a quarter of an axis, where causes of the catalogue have their knees.
@@ -23,8 +24,6 @@ LEAST = 0.03
 _SETTLED, _MOST_ROUNDS = 0.02, 60
 #: Added to the diagonal of the kernel, which is near singular, as a share of it: rounding.
 _JITTER = 1e-6
-#: Rows that are multiplied at once. A size of memory, not of the answer.
-_BLOCK = 10_000
 
 
 @dataclass(frozen=True)
@@ -128,7 +127,7 @@ def _normal(
         mine = [g for g, (joint, _) in enumerate(curves) if joint == i]
         at = np.concatenate([np.arange(known), *(own[g] for g in mine)])
         seen = np.flatnonzero(told[:, i])
-        for rows in np.split(seen, np.arange(_BLOCK, len(seen), _BLOCK)):
+        for rows in np.split(seen, np.arange(ROWS_AT_ONCE, len(seen), ROWS_AT_ONCE)):
             W = np.concatenate([Z[rows, i][:, free], *(curves[g][1][rows] for g in mine)], axis=1)
             G[np.ix_(at, at)] += W.T @ W
             r[at] += W.T @ target[rows, i]

@@ -10,24 +10,18 @@ from scipy.stats import chi2
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
-from sosml_friction.regression.kernels import products, squares
+from sosml_friction.regression.chance import CHANCE, NEGLIGIBLE
+from sosml_friction.regression.column_norms import COLLINEAR, ROUNDING
+from sosml_friction.regression.kernels import ROWS_AT_ONCE, products, squares
 from sosml_friction.regression.noise_model import NoiseModel, fit_noise
 from sosml_friction.regression.signals import Signals
 
-#: Rows whose columns are put together at a time. Chosen, no measurement.
-_ROWS = 8192
-#: Added to the normal equations of columns of norm 1, of which many are collinear.
-RIDGE = 1e-8
-#: At most this many points of a large grid are taken off, each of at least this share of the
-#: residual's energy. Chosen, no measurement.
-_LINES, _LINE = 16, 0.02
-#: Times at which a step is tried, at most. Chosen, no measurement: 15 ms of a minute.
+#: At most this many points of a large grid are taken off. Halved and doubled, no answer of
+#: ``python -m validation.sensitivity --seed 1`` changes.
+_LINES = 16
+#: Times at which a step is tried, at most. 15 ms of a minute. Halved and doubled, no answer of
+#: ``python -m validation.sensitivity --seed 1`` changes.
 _STEPS = 4096
-#: A step of which the library leaves less than this share of its rows is none beside it. Chosen,
-#: no measurement: its height would be known from a thousandth of the data.
-_BESIDE_LIBRARY = 1e-3
-#: Probability that noise has a step: once in a hundred recordings, as of a tone.
-_STEP_CHANCE = 0.01
 #: How often what the library takes of noise is put back. Where it takes the share h, the power
 #: that is missing is h^(k + 1) after k rounds: of 0.4 it is 3 %.
 _FILLED = 3
@@ -134,7 +128,7 @@ def library_residual(rows: BandRows) -> LibraryResidual:
         norms = np.sqrt(np.diag(G))
         act = norms > 0.0
         norms = norms[act]
-        G = G[np.ix_(act, act)] / norms / norms[:, None] + RIDGE * np.eye(len(norms))
+        G = G[np.ix_(act, act)] / norms / norms[:, None] + ROUNDING * np.eye(len(norms))
         fit = LibraryFit(rows, i, act, norms, G)
         fits.append(fit)
         fitted = fit.fitted(fit.solved(r[act] / norms))
@@ -182,7 +176,7 @@ def _step(
     count = len(residual) - starts
     own = count - np.einsum('cp,pc->c', D, beside)
     # What the library can make of its columns is no step beside it.
-    tried = own > _BESIDE_LIBRARY * count
+    tried = own > COLLINEAR * count
     if not tried.any():
         return 0, 0.0, np.zeros(len(G))
     own = np.where(tried, own, 1.0)
@@ -193,9 +187,9 @@ def _step(
     overlap = count[np.maximum(np.arange(len(count)), best)] - D @ beside[:, best]
     others = (after - height * overlap)[tried] ** 2 / own[tried]
     usual = float(np.median(others)) / float(chi2.median(1))
-    least = float(chi2.isf(_STEP_CHANCE / tried.sum(), 1))
+    least = float(chi2.isf(CHANCE / tried.sum(), 1))
     share = gain[best] / max(float(residual @ residual), 1e-300)
-    if gain[best] <= least * usual or share < _LINE:
+    if gain[best] <= least * usual or share < NEGLIGIBLE:
         return 0, 0.0, np.zeros(len(G))
     return int(starts[best]), height, beside[:, best]
 
@@ -203,8 +197,8 @@ def _step(
 def _parts(rows: BandRows) -> Iterator[tuple[int, slice]]:
     """Yield stretches and rows of them: all rows of all columns at once would be large."""
     for s, part in enumerate(rows.residual):
-        for first in range(0, len(part), _ROWS):
-            yield s, slice(first, first + _ROWS)
+        for first in range(0, len(part), ROWS_AT_ONCE):
+            yield s, slice(first, first + ROWS_AT_ONCE)
 
 
 def _design_matrix(rows: BandRows, joint: int, s: int, part: slice) -> FloatArray:
@@ -237,7 +231,7 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
             gain = np.einsum('gk,gkl,gl->g', d, inverse, d)
             best = int(np.argmax(gain))
             energy = float(left @ left)
-            if gain[best] < _LINE * energy + _CHANCE * energy / len(left):
+            if gain[best] < NEGLIGIBLE * energy + _CHANCE * energy / len(left):
                 break
             kept.append(C[:, best])
             X = np.concatenate(kept, axis=1)

@@ -25,8 +25,8 @@ from sosml_friction.regression.whitened import WhitenedRegression
 _LINEAR = 0.03
 #: Step along the profile in standard errors, and the most of the logarithm.
 _STEP, _LONGEST = 0.5, 0.3
-#: Steps after which each is twice the last. A parabola needs no more than three. Chosen, no
-#: measurement.
+#: Steps after which each is twice the last. A parabola needs no more than three; it is time that
+#: hangs on it.
 _MANY = 12
 
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.regression.band import Band
+from sosml_friction.regression.chance import SIGMAS
 
-#: Half the width of an interval in standard deviations: of a Gaussian, 0.3 % is beyond.
-_SURE = 3.0
-#: Fewest cycles of a cut-off in a recording. Chosen, no measurement.
-_CYCLES = 4.0
+#: Cycles of a cut-off that its low-pass is long, (80 - 7.95) / 4.57 pi by Kaiser's formula: a
+#: shorter recording has none of it.
+_CYCLES = 5.0
 
 
 def steady_acceleration(a: FloatArray, noise: FloatArray, band: Band) -> FloatArray:
@@ -29,7 +29,7 @@ def steady_acceleration(a: FloatArray, noise: FloatArray, band: Band) -> FloatAr
         low, high = np.full(len(a), -np.inf), np.full(len(a), np.inf)
         x, own, cutoff = a[:, i], noise[:, i], band.cutoff
         while cutoff * band.step * len(a) > _CYCLES:
-            wide = _SURE * float(np.std(own))
+            wide = SIGMAS * float(np.std(own))
             low, high = np.maximum(low, x - wide), np.minimum(high, x + wide)
             common = low <= high
             if not common.any():

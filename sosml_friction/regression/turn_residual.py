@@ -11,7 +11,8 @@ import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
-from sosml_friction.regression.library_residual import MORE_AT_REST, RIDGE, in_motion
+from sosml_friction.regression.column_norms import ROUNDING
+from sosml_friction.regression.library_residual import MORE_AT_REST, in_motion
 from sosml_friction.regression.signals import Signals
 
 #: A joint sticks where it turns around if that leaves this many times the mean square of motion.
@@ -139,7 +140,7 @@ def _elsewhere(
     size = np.sqrt(np.diag(products))
     size[size == 0.0] = 1.0
     spread, axes = np.linalg.eigh(products / np.outer(size, size))
-    kept = spread > RIDGE * spread.max()
+    kept = spread > ROUNDING * spread.max()
     to_unit = axes[:, kept] / np.sqrt(spread[kept]) / size[:, None]
     return (lambda y: y - X @ (to_unit @ (to_unit.T @ (X.T @ y)))), int(kept.sum()), there
 

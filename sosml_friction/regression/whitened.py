@@ -17,6 +17,7 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.band_rows import BandRows, JointColumns, columns_in_band
 from sosml_friction.regression.candidate import Candidate
+from sosml_friction.regression.chance import FEWEST
 from sosml_friction.regression.contacts import Contacts
 from sosml_friction.regression.evidence import (
     Blocks,
@@ -32,9 +33,6 @@ from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, with_rests
 from sosml_friction.regression.turn_residual import sticking_joints
 from sosml_friction.regression.whitening import Whitening
-
-#: Fewest whitened rows of a block. Chosen, no measurement.
-_BLOCK_ROWS = 20
 
 
 @dataclass(frozen=True)
@@ -94,7 +92,7 @@ class WhitenedRegression:
         if kept is not None:
             rows = rows.only(kept)
         y = whitening.apply(rows.residual)
-        if len(y) < _BLOCK_ROWS * settings.blocks:
+        if len(y) < FEWEST * settings.blocks:
             raise DataError(
                 f'{len(y)} samples are left of the recording in the band of '
                 f'{signals[0].band.cutoff:.3g} Hz: record longer'

@@ -12,7 +12,7 @@ import numpy as np
 
 from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import BandRows
-from sosml_friction.regression.contacts import LOAD_SMOOTHER, Contacts, find_contacts
+from sosml_friction.regression.contacts import Contacts, find_contacts
 from sosml_friction.regression.evidence import whiten_all
 from sosml_friction.regression.kernels import runs
 from sosml_friction.regression.library_residual import LibraryResidual, in_motion
@@ -21,7 +21,7 @@ from sosml_friction.regression.rests import WhitenedRests
 from sosml_friction.regression.signals import Signals
 
 #: Noise is fitted to pieces of more rows than this many times its order: a piece gives ORDER rows
-#: less than it has. Chosen, no measurement.
+#: less than it has, and so at least three quarters of them.
 _PIECE = 4
 #: Smallest standard deviation of noise, as a share of the effort's root mean square.
 _LEAST_NOISE = 1e-6
@@ -139,7 +139,7 @@ def _contacts(
         x = np.stack(own, axis=1)
         moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
         # What the body behind each gear needs, without the motor's own rotor.
-        body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, LOAD_SMOOTHER)
+        body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, 1.0)
         residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
         wrong = second * np.abs(s.band.apply(s.tau))
         wrong += moves * (np.abs(Z[:, :, reversing]) @ most)

@@ -4,7 +4,8 @@
 
 import pytest
 
-from sosml_friction.diagnosis.decision import forward_gain, selector
+from sosml_friction.diagnosis.decision import selector
+from sosml_friction.regression import chance, contacts
 from sosml_friction.regression.settings import DiagnosisSettings
 from validation.sensitivity import PLAN, changed, chosen_numbers, row_of, scaled
 
@@ -14,11 +15,11 @@ def the_number(name):
     return next(number for number in chosen_numbers() if number.label.endswith('.' + name))
 
 
-def test_numbers_that_say_that_they_were_chosen_are_found_and_settings_and_no_others():
+def test_numbers_that_were_chosen_are_found_and_settings_and_no_others():
     labels = {number.label for number in chosen_numbers()}
     assert 'diagnosis.decision.selector._REFINED' in labels
     # Its comment has two lines, and it stands with another.
-    assert 'diagnosis.decision.rivals._REST_SHARE' in labels
+    assert 'regression.inner_search._FINER' in labels
     assert 'regression.settings.floor' in labels
     # By measurement, by definition, and no threshold.
     assert not labels & {'regression.contacts._IMPACT', 'regression.contacts._MINORITY'}
@@ -46,12 +47,10 @@ def test_a_number_is_changed_where_it_stands_and_put_back():
 
 
 def test_a_number_that_others_import_is_changed_there_too():
-    from sosml_friction.diagnosis import judgement
-
-    number = the_number('HORIZON_S')
+    number = the_number('NEGLIGIBLE')
     with changed(number, 2.0):
-        assert judgement.HORIZON_S == forward_gain.HORIZON_S == 2.0 * number.value
-    assert judgement.HORIZON_S == forward_gain.HORIZON_S == number.value
+        assert contacts.NEGLIGIBLE == chance.NEGLIGIBLE == 2.0 * number.value
+    assert contacts.NEGLIGIBLE == chance.NEGLIGIBLE == number.value
 
 
 def test_a_number_is_put_back_even_after_an_error():

@@ -12,16 +12,13 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.decision.cause import joint_name
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.regression.bounded import bounded_least_squares
+from sosml_friction.regression.column_norms import ROUNDING
 from sosml_friction.regression.evidence import CandidateColumns
 from sosml_friction.regression.kernels import products
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Directions of a cause with less than this share of its largest energy are rounding.
 _DIRECTION = 1e-6
-#: Ridge of a cause's own columns of norm 1: some are collinear.
-_REGULAR = 1e-9
-#: A cause of which the nominal deviations leave less than this share is wholly theirs: rounding.
-_ABSORBED = 1e-9
 #: Decimals of a share in the document.
 _DECIMALS = 4
 
@@ -178,7 +175,7 @@ def _shares(
         masks.setdefault(free.tobytes(), []).append(a)
     share = np.zeros((len(efforts), len(efforts)))
     counts = np.diff(ends)
-    seen = left > _ABSORBED * whole
+    seen = left > ROUNDING * whole
     for b, own in enumerate(others):
         d = _cross(own, E)
         explained = np.zeros((d.shape[0], d.shape[2]))
@@ -211,7 +208,7 @@ def _explained(
     own = np.einsum('gkk->gk', A)
     size = np.where(own > 0.0, 1.0 / np.sqrt(np.maximum(own, 1e-300)), 0.0)
     energy = A - B.transpose(0, 2, 1) @ (nuisance.inverse(free) @ B)
-    energy = energy * size[:, :, None] * size[:, None, :] + _REGULAR * np.eye(A.shape[1])
+    energy = energy * size[:, :, None] * size[:, None, :] + ROUNDING * np.eye(A.shape[1])
     d = d * size[:, :, None]
     return np.asarray(np.einsum('gka,gka->ga', d, np.linalg.solve(energy, d)))
 

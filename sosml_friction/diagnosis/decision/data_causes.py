@@ -12,12 +12,10 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.parameter import Z_95, Parameter
 from sosml_friction.model.terms.effort_delay import EffortDelay
 from sosml_friction.model.terms.kinds.term import TERMS
+from sosml_friction.regression.chance import NEGLIGIBLE
 from sosml_friction.regression.contacts import Impacts
 from sosml_friction.regression.whitened import WhitenedRegression
 
-#: Contacts are a cause if they hold at least this share of the residual's energy. Chosen, no
-#: measurement.
-_CONTACT = 0.02
 #: Contacts of a joint whose begin and end are reported.
 _MOST_EPISODES = 20
 _NO_EVIDENCE: dict[str, float | None] = dict.fromkeys(('delta_bic', 'cv_gain', 'cv_gain_se'))
@@ -103,7 +101,7 @@ def _contacts(laboratory: WhitenedRegression) -> list[Cause]:
         episodes = [e for e in laboratory.contacts.contacts if e.joint == i]
         # Whitened noise has variance 1: the energy of noise is the number of samples.
         share = sum(e.energy for e in episodes) / max(float(laboratory.known[i]), 1.0)
-        if not episodes or share < _CONTACT:
+        if not episodes or share < NEGLIGIBLE:
             continue
         parameters = {'episodes': Parameter(float(len(episodes)), '1')}
         level = episodes[0].level

@@ -13,7 +13,6 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.report_slopes import report_slopes
-from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import CONSTANTS, known_terms, model_friction
 from sosml_friction.model.model_folder import RobotModelFile
@@ -23,6 +22,7 @@ from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.simulated_term import Body, Motion, SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.model.terms.presliding_hysteresis import PreslidingHysteresis
+from sosml_friction.regression.chance import BEYOND_CHANCE
 from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.nominal import EFFORT_HOLD, LATE, SOFTER, TURNS
@@ -32,11 +32,12 @@ from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.recorded.stretch import can_be_simulated, simulate_windows
 from sosml_friction.simulation.window_models import WindowModels
 
-#: Length of a simulated window [s], from the measured state. Chosen, no measurement.
+#: Length of a simulated window [s], from the measured state. By definition: the error of position
+#: after it is what is told.
 HORIZON_S = 0.3
-#: Most windows of a block, and of another recording. Chosen, no measurement: the standard error
-#: falls with their root. They do not overlap: their errors would not be independent.
-_PER_BLOCK, _PER_RECORDING = 10, 140
+#: Most windows of a block: those of 14 blocks know the size of an error to 1 / sqrt(2 140) = 6 %.
+#: They do not overlap: their errors would not be independent.
+_PER_BLOCK = 10
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,11 @@ class ForwardGain:
         self._laboratory = laboratory
         self._friction = model_friction(model)
         self._known = known_terms(model)
-        self._windows = _of_folds(laboratory) if others is None else _of_recording(others)
+        self._windows = (
+            _of_folds(laboratory)
+            if others is None
+            else _of_recording(others, _PER_BLOCK * laboratory.settings.blocks)
+        )
 
     def squares(
         self, findings: Sequence[Finding], x: FloatArray, fold_x: FloatArray
@@ -233,14 +238,14 @@ def _of_folds(laboratory: WhitenedRegression) -> list[WindowSet]:
     ]
 
 
-def _of_recording(others: Sequence[Signals]) -> list[WindowSet]:
+def _of_recording(others: Sequence[Signals], most: int) -> list[WindowSet]:
     """Return windows evenly spread over another recording, in proportion to its stretches."""
     whole = sum(len(s.q) for s in others)
     result = []
     for s in others:
         samples = _samples(s)
         room = len(s.q) - 2 * s.band.half - samples
-        count = round(_PER_RECORDING * len(s.q) / whole)
+        count = round(most * len(s.q) / whole)
         if room > 0 and count > 0:
             at = _spread(s.band.half, s.band.half + room, samples, count)
             result.append(WindowSet(s, at, samples, None))

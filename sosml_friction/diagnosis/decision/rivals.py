@@ -8,27 +8,26 @@ from dataclasses import replace
 import numpy as np
 
 from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.regression.chance import NEGLIGIBLE
 from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: A rival explains what the best explains: beside the best, less than this share of the rival's
-#: gain is left. Chosen, no measurement.
+#: gain is left. An alias has more than this share of its twin's evidence. Halved and doubled, no
+#: answer of ``python -m validation.sensitivity --seed 1`` changes.
 _OVERLAP = 0.5
+#: A joint stands still below this share of its top speed. Halved and doubled, no answer of
+#: ``python -m validation.sensitivity --seed 1`` changes.
+_AT_REST = 2e-3
+#: A cause is a constant if each form of its grid, those without speed too, explains this share of
+#: what the best form explains. Halved and doubled, no answer of ``python -m validation.sensitivity
+#: --seed 1`` changes.
+_CONSTANT = 0.9
 #: A rival's evidence is within VERY_STRONG of the best, or within this share of the residual
 #: energy beyond noise that the best leaves: what neither explains could have decided between them.
-#: Chosen, no measurement.
+#: Halved and doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes.
 _RIVAL = 0.05
-#: An alias has at least this share of the best's evidence. It needs none where the joint never
-#: stands still: then only reversals tell the two apart, and how friction turns around there is
-#: not known. Chosen, no measurement.
-_ALIAS = 0.8
-#: A joint stands still below this share of its top speed. Recordings that stand still for less
-#: than the second share of their samples never do. Chosen, no measurement.
-_AT_REST, _REST_SHARE = 2e-3, 0.02
-#: A cause is a constant if each form of its grid, those without speed too, explains this share of
-#: what the best form explains. Chosen, no measurement.
-_CONSTANT = 0.9
 
 
 def same_term(one: Finding, other: Finding) -> bool:
@@ -86,25 +85,30 @@ class Rivals:
             and as_much(other)
         ]
         rivals.sort(key=lambda other: bool(other.objection))
-        unique: dict[tuple[str, int], Finding] = {}
+        unique = {best.key: best}
         for finding in (best, *rivals):
             for other in (finding, *self._aliases(finding)):
                 unique.setdefault(other.key, other)
         del unique[best.key]
         return replace(best, rivals=tuple(unique.values()))
 
-    def _aliases(self, best: Finding) -> list[Finding]:
-        """Return the aliases of a candidate that have evidence of their own, where needed."""
+    def _aliases(self, finding: Finding) -> list[Finding]:
+        """
+        Return the aliases of a candidate that explain most of what it does.
+
+        Where the joint never stands still, those of a constant in any case: only reversals tell
+        them apart then, and how friction turns around there is not known.
+        """
         # Where a dependence on speed is seen too, a constant alone is no alias.
-        constant = best.score.gains.min() > _CONSTANT * best.score.gains.max()
-        least = max(_ALIAS * best.delta_bic, VERY_STRONG)
-        if constant and not self._stands_still(best.joint):
+        constant = finding.score.gains.min() > _CONSTANT * finding.score.gains.max()
+        least = max(_OVERLAP * finding.delta_bic, VERY_STRONG)
+        if constant and not self._stands_still(finding.joint):
             least = -np.inf
         return [
             other
             for other in self._found
-            if other.joint == best.joint
-            and other.effect.identifier in best.effect.aliases
+            if other.joint == finding.joint
+            and other.effect.identifier in finding.effect.aliases
             and not other.objection
             and other.delta_bic > least
         ]
@@ -131,4 +135,4 @@ class Rivals:
             for signals in self._laboratory.signals
             if not any(rest.joint == joint for rest in signals.rests)
         ]
-        return bool(slow) and bool(np.concatenate(slow).mean() > _REST_SHARE)
+        return bool(slow) and bool(np.concatenate(slow).mean() > NEGLIGIBLE)

@@ -10,10 +10,10 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
-from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.candidate import Candidate
+from sosml_friction.regression.chance import BEYOND_CHANCE
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_search import refine
 from sosml_friction.regression.rival import VERY_STRONG

@@ -5,15 +5,13 @@
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.regression.chance import NEGLIGIBLE
 from sosml_friction.regression.estimate import far_from_reversals
 from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.kernels import runs
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.rests import still, turning
 from sosml_friction.regression.whitened import WhitenedRegression
-
-#: A joint that goes back by less than this share of its range rings. Chosen, no measurement.
-_RINGS = 0.02
 
 
 def sliding(laboratory: WhitenedRegression) -> BoolArray:
@@ -48,7 +46,7 @@ def clear_of_turns(laboratory: WhitenedRegression) -> BoolArray:
         for i, limit in enumerate(s.scales.sign_limit.tolist()):
             q = np.ascontiguousarray(s.q[:, i])
             # One that rings as it creeps on does not turn around.
-            most = max(limit, _RINGS * float(s.scales.span[i]))
+            most = max(limit, NEGLIGIBLE * float(s.scales.span[i]))
             for begin, end in turning(q, limit):
                 before = _side(q[:begin][::-1], q[begin], most)
                 after = _side(q[end:], q[begin], most)

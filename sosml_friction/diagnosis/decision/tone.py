@@ -9,16 +9,17 @@ from scipy.ndimage import median_filter
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.regression.noise_model import NoiseModel
+from sosml_friction.regression.rests import STILL
 
 #: Fewest cycles in a stretch that make a tone: a slower one is a course of time, a free curve.
 _CYCLES = 3
-#: Frequencies whose median is the noise beside a tone. Chosen, no measurement: a hundred on each
-#: side know it to 15 %.
+#: Frequencies whose median is the noise beside a tone: so many know it to 1 / (sqrt(201) ln 2) =
+#: 10 %, the standard error of the median of exponentials.
 _BESIDE = 201
-#: Share of top speed from which on a joint moves, and the share of a tone that something over
-#: position has to be alike to be as good a reason. Along a rich motion it is below 0.05; where a
-#: motor creeps past its own cogging (data of an ODrive) 0.82 and more.
-_MOVES, _ALIKE = 0.02, 0.25
+#: The share of a tone that something over position has to be alike to be as good a reason. Along a
+#: rich motion it is below 0.05; where a motor creeps past its own cogging (data of an ODrive) 0.82
+#: and more.
+_ALIKE = 0.25
 #: Most lines that are tried, of each joint: that many take 0.3 s.
 _MOST_LINES = 500
 
@@ -52,7 +53,7 @@ class Tone:
         turn = np.linalg.qr(_centred(np.column_stack([np.cos(angle), np.sin(angle)])))[0]
         for x in q.T:
             speed = np.abs(np.diff(x)) / step
-            moving = speed[speed > _MOVES * speed.max()]
+            moving = speed[speed > STILL * speed.max()]
             if not len(moving):
                 # A joint that stands makes no tone of a period over position.
                 continue

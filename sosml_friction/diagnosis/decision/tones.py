@@ -9,6 +9,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.tone import Tone, strongest_tone
+from sosml_friction.regression.chance import CHANCE
 from sosml_friction.regression.curves.tone_of_time import ToneOfTime
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.noise_model import ORDER
@@ -18,11 +19,9 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: recordings of the blind plant without a tone it was at most 0.119, with one of SNR 0.9 and more
 #: 0.35 and more.
 TONE_SHARE = 0.2
-#: Largest probability that noise has such a tone: once in a hundred recordings.
-_TONE_CHANCE = 0.01
-#: Points between two lines of the periodogram, of all the time that there is: a tone between two
-#: of them loses 1 - sinc(1 / 8)^2 = 5 % of its energy.
-_BETWEEN = 4
+#: Points between two lines of a periodogram, of all the time or way that there is: a tone between
+#: two of them loses 1 - sinc(1 / 8)^2 = 5 % of its energy.
+BETWEEN_LINES = 4
 
 
 def tones(
@@ -37,7 +36,7 @@ def tones(
     q = band.at_rows(signals.q)[ORDER:]
     for i in joints:
         tone = strongest_tone(rows[:, i], laboratory.noise[i], band.output_step, band.cutoff)
-        loud = tone.share >= TONE_SHARE and tone.chance <= _TONE_CHANCE
+        loud = tone.share >= TONE_SHARE and tone.chance <= CHANCE
         if loud and not tone.follows(q, band.output_step):
             found.append((i, tone))
     return found
@@ -58,7 +57,7 @@ def tone_in_place(laboratory: WhitenedRegression, fit: Fit, best: Finding) -> st
     times = np.concatenate([signals.time[[0, -1]] for signals in laboratory.signals])
     longest = max(np.ptp(signals.time) for signals in laboratory.signals)
     for i, tone in tones(laboratory, left, best.columns.rows.tolist()):
-        step = 1.0 / (_BETWEEN * np.ptp(times))
+        step = 1.0 / (BETWEEN_LINES * np.ptp(times))
         around = tone.hertz + np.arange(-1.0 / longest, 1.0 / longest + step, step)
         grid = [{'hertz': float(f)} for f in around if f > 0.0]
         columns = laboratory.on_grid(ToneOfTime(), i, grid).beside(fit.system)

@@ -16,8 +16,6 @@ from sosml_friction.model.terms.kinds.term import TERMS
 
 #: The end of the name of a harmonic's size.
 _HARMONIC = re.compile(r'_\d+$')
-#: Chance that any of all candidates is named where there is none: that of one 95 % interval.
-_CHANCE = 0.05
 VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'bad_data')
 
 
@@ -59,7 +57,7 @@ def not_shown(cause: Cause) -> bool:
         name: p for name, p in cause.parameters.items() if {name, _HARMONIC.sub('', name)} & sizes
     }
     # Of a term that the model states nothing is missing where it is as stated.
-    z = float(norm.isf(0.5 * _CHANCE / cause.tried))
+    z = float(norm.isf(norm.sf(Z_95) / cause.tried))
 
     def may_be_as_stated(name: str, p: Parameter) -> bool:
         spread, most = cause.by_tolerance.get(name, (0.0, 0.0))

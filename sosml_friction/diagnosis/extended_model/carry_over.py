@@ -34,9 +34,6 @@ Key = tuple[str, int]
 #: Why a cause is taken back.
 NOT_RECURRING = 'nothing of it is there on data left out, beyond chance'
 
-#: Stretches of the data left out over which a standard error is taken: as many as a diagnosis has
-#: blocks. Chosen, no measurement.
-_STRETCHES = 14
 #: Amplitudes of a term that are one size and a phase.
 _WAVE = {'cosine', 'sine'}
 
@@ -117,21 +114,25 @@ def _gain(
     d = (e_0 - e) / scale
     count = len(e)
 
-    squares = _by_stretch(np.column_stack([e_0**2, e**2]))
+    # Standard errors are taken over as many stretches as a diagnosis has blocks.
+    stretches = laboratory.settings.blocks
+    squares = _by_stretch(np.column_stack([e_0**2, e**2]), stretches)
     m = len(rows)
 
     def removed(i: int) -> Callable[[FloatArray], float]:
         return lambda sums: float(np.sqrt(sums[i] / sums[-1]) - np.sqrt(sums[m + i] / sums[-1]))
 
-    products = _by_stretch(np.column_stack([(d * (e_0 / scale)).sum(1), (d * d).sum(1)]))
-    size, phase = _on_these(held, selection, own, rows, e_0 / scale, scale)
+    products = np.column_stack([(d * (e_0 / scale)).sum(1), (d * d).sum(1)])
+    size, phase = _on_these(held, selection, own, rows, e_0 / scale, scale, stretches)
     return CauseGain(
         tuple(robot.names[i] for i in rows),
         tuple(robot.effort_units[i] for i in rows),
         np.sqrt(np.sum(e_0**2, axis=0) / count),
         np.sqrt(np.sum(e**2, axis=0) / count),
         tuple(_jackknife(squares, removed(i)) for i in range(m)),
-        _jackknife(products, lambda sums: float(sums[0] / max(sums[1], 1e-300))),
+        _jackknife(
+            _by_stretch(products, stretches), lambda sums: float(sums[0] / max(sums[1], 1e-300))
+        ),
         size,
         phase,
     )
@@ -144,6 +145,7 @@ def _on_these(
     rows: IndexArray,
     target: FloatArray,
     scale: FloatArray,
+    stretches: int,
 ) -> tuple[Uncertain, float]:
     """Return size and phase [degrees] of a cause in data left out, beside what was found."""
     parts, found = [], []
@@ -162,7 +164,8 @@ def _on_these(
                 np.einsum('rni,rnj->rij', C, C).reshape(len(C), k * k),
                 np.einsum('rni,rn->ri', C, target),
             ]
-        )
+        ),
+        stretches,
     )
 
     def fitted(total: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -185,9 +188,9 @@ def _on_these(
     return _jackknife(sums, size), phase
 
 
-def _by_stretch(x: FloatArray) -> FloatArray:
+def _by_stretch(x: FloatArray, stretches: int) -> FloatArray:
     """Return the sums of columns (rows, c) by stretch, and how many rows, (stretches, c + 1)."""
-    parts = np.array_split(x, min(_STRETCHES, len(x)))
+    parts = np.array_split(x, min(stretches, len(x)))
     return np.array([[*part.sum(axis=0), len(part)] for part in parts])
 
 

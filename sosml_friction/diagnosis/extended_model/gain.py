@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
-
-#: A change of more standard errors than this is beyond chance: one-sided p = 0.01 of a normal
-#: distribution, as for the F test. A right cause that is too fast to show in 0.3 s stays below it.
-BEYOND_CHANCE = 2.33
+from sosml_friction.regression.chance import BEYOND_CHANCE
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass
 
-from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
+from sosml_friction.regression.chance import BEYOND_CHANCE
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, 
 from sosml_friction.motion.trajectory_kinds.rich import rich
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
+from sosml_friction.regression.band_rows import SMALL_GRID
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns
 from sosml_friction.regression.signals import Signals, make_signals
@@ -31,11 +32,6 @@ from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Log-likelihood by which the right cause has to lead: odds of exp(10) = 22 000 to 1.
 NEEDED = 10.0
-#: A trajectory along which one cause explains this share of the other does not separate the two,
-#: whatever their size: columns are not known any better. Chosen, no measurement.
-_HOPELESS = 0.995
-#: Largest grid [points] that is tried again along a planned motion. Chosen for its time.
-_MOST_POINTS = 12
 
 
 def recommend(
@@ -74,9 +70,9 @@ def recommend(
     options = weigh(laboratory, cause, rival)
     runs = [option for option in options if option.kind == 'trajectory']
     changes = [option for option in options if option.kind == 'condition']
-    best = next(
-        (option for option in runs if option.margin > NEEDED and option.overlap < _HOPELESS), None
-    )
+    # Of what leaves less than the floor of a cause, its column is not known any better.
+    most = 1.0 - laboratory.settings.floor
+    best = next((run for run in runs if run.margin > NEEDED and run.overlap < most), None)
     aliases = other in finding.effect.aliases or own in closest.effect.aliases
     if best is not None and not aliases:
         return Recommendation(
@@ -164,7 +160,7 @@ def _small_grid(
         if (
             candidate.effect.identifier == finding.effect.identifier
             and candidate.joint == finding.joint
-            and len(candidate.grid) <= _MOST_POINTS
+            and len(candidate.grid) <= SMALL_GRID
             and np.array_equal(columns.rows, finding.columns.rows)
         ):
             return candidate, columns

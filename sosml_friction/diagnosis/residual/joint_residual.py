@@ -10,12 +10,11 @@ import numpy as np
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.compiled import compiled
 from sosml_friction.diagnosis.diagnosis import Diagnosis
+from sosml_friction.regression.structure import HATS
 
-#: Bins of a curve of residual means. Chosen, no measurement: a picture has room for that many.
-_BINS = 24
-#: Narrowest bin, as a share of the range: in a narrower one the noise of a plateau is drawn as a
-#: vertical line. Chosen, no measurement.
-_NARROWEST = 0.02
+#: Bins of a curve of residual means: three for each piece of a free curve, which is as much of a
+#: shape as the diagnosis can tell.
+_BINS = 3 * (HATS - 1)
 #: A mean of fewer rows is not given.
 _FEWEST_IN_BIN = 5
 
@@ -107,13 +106,14 @@ def bins_of(x: FloatArray, over_decades: bool) -> tuple[FloatArray, FloatArray]:
     """
     Return an axis as it is binned, and the edges of its bins.
 
-    Quantiles at least a fiftieth of the range apart; over decades equal in the logarithm, what is
+    Quantiles at least half of an even bin apart: in a narrower one the noise of a plateau is drawn
+    as a vertical line. Over decades equal in the logarithm, what is
     smaller than a ten-thousandth of the largest in the first.
     """
     if over_decades:
         x = np.maximum(x, 1e-4 * float(x.max()))
         return x, np.geomspace(float(x.min()), float(x.max()), _BINS + 1)
-    least = _NARROWEST * float(np.ptp(x))
+    least = 0.5 / _BINS * float(np.ptp(x))
     kept = [float(x.min())]
     for edge in np.quantile(x, np.linspace(0.0, 1.0, _BINS + 1)[1:]):
         if edge - kept[-1] >= least:

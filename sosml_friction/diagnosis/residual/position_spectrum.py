@@ -7,16 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.diagnosis.decision.tones import BETWEEN_LINES
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
 from sosml_friction.model.terms.cogging import lines
 from sosml_friction.model.terms.kinds.term import TERMS
-from sosml_friction.regression.kernels import squares
+from sosml_friction.regression.kernels import POINTS_AT_ONCE, squares
 
 #: One turn [rad].
 _TURN = 2.0 * np.pi
-#: Lines per 2 pi / range of motion, most lines in all, and lines that are computed at a time,
-#: which bounds memory. Chosen, no measurement.
-_PER_SPAN, _MOST, _AT_ONCE = 4.0, 800, 32
+#: Most lines of a joint, both ways: those of a minute take half a second.
+_MOST = 800
 #: At this share of the speed a line still has to be within the band.
 _SLOW = 0.04
 #: Fewer samples in one direction are no spectrum.
@@ -56,7 +56,7 @@ def position_lines(joint: JointResidual) -> Lines:
     diagnosis, q = joint.diagnosis, joint.axes['q']
     assert diagnosis.laboratory is not None
     span = float(np.ptp(q))
-    first, step = _TURN / span, _TURN / (_PER_SPAN * span)
+    first, step = _TURN / span, _TURN / (BETWEEN_LINES * span)
     high = _TURN * diagnosis.laboratory.signals[0].band.cutoff / (_SLOW * _speed(joint))
     count = int(min(max((high - first) / step, 2.0), _MOST))
     # w is radians per radian, which is periods per turn, or radians per metre.
@@ -101,8 +101,8 @@ def position_spectrum(
     """
     e = effort - effort.mean()
     sizes = np.empty(count)
-    for begin in range(0, count, _AT_ONCE):
-        some = min(_AT_ONCE, count - begin)
+    for begin in range(0, count, POINTS_AT_ONCE):
+        some = min(POINTS_AT_ONCE, count - begin)
         columns = lines(q, first + begin * step, step, some)
         products = (e @ columns.reshape(len(e), 2 * some)).reshape(some, 2)
         energy = squares(columns[:, None])

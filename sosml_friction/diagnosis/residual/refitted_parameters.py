@@ -7,9 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
-
-#: A deviation this close to its bound, as a share, is at it.
-_AT = 0.999
+from sosml_friction.regression.evidence import AT_BOUND
 
 
 class RefittedParameter(NamedTuple):
@@ -28,7 +26,7 @@ class RefittedParameter(NamedTuple):
     @property
     def at_bound(self) -> bool:
         """Tell whether the refit went as far as it may."""
-        return bool(np.isfinite(self.bound)) and abs(self.change) >= _AT * self.bound
+        return bool(np.isfinite(self.bound)) and abs(self.change) >= AT_BOUND * self.bound
 
 
 def refitted_parameters(diagnosis: Diagnosis) -> list[RefittedParameter]:

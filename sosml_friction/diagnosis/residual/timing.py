@@ -4,16 +4,16 @@
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.stats import norm
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
+from sosml_friction.regression.chance import CHANCE
 
 #: Longest lag of the autocorrelation [s].
 _LONGEST_S = 1.5
 #: Shifts of effort that are tried, to each side [s], and how many.
 _SHIFT_S, _SHIFTS = 0.02, 41
-#: Of white noise 99 % of the lags stay below this many standard deviations.
-_BOUND = 2.576
 
 
 def whitened_autocorrelation(
@@ -35,7 +35,7 @@ def whitened_autocorrelation(
     return (
         np.asarray(step * np.arange(1, lags + 1), dtype=np.float64),
         (autocorrelation(before, lags)[1:], autocorrelation(after, lags)[1:]),
-        float(_BOUND / np.sqrt(len(laboratory.y))),
+        float(norm.isf(CHANCE / 2.0) / np.sqrt(len(laboratory.y))),
     )
 
 

@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.kernels import hats, quantile_knots
 from sosml_friction.regression.signals import Signals
 
 #: Least distance of two things on an axis, in standard deviations of the noise there, to be told
-#: from each other: there the intervals of 3 about them meet.
-APART = 6.0
+#: from each other: there their bounds meet.
+APART = 2.0 * SIGMAS
 
 
 def knots_of(
