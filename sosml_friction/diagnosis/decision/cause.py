@@ -57,6 +57,11 @@ class Cause:
         return self.effect, self.joint
 
     @property
+    def shown_by_data(self) -> bool:
+        """Tell whether the data show it by themselves, and no column of the regression."""
+        return self.evidence.get('delta_bic') is None
+
+    @property
     def size_known(self) -> bool:
         """Tell whether its numbers are right within their errors, or only that it is there."""
         kind = TERMS.classes.get(self.effect)
