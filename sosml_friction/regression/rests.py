@@ -117,7 +117,7 @@ def _slow(q: FloatArray, band: Band, limit: float, speed: float) -> list[tuple[i
     more. One that goes on the same way moves, however slowly: by half of the limit in each half of
     the time of a stop, and by many limits in all. A plateau of a speed ladder does.
     """
-    found = resting(q, band, min(limit, _SLOW * speed / band.cutoff))
+    found = resting(q, band, _most(limit, speed, band))
     half = round(0.5 * _stop(band))
     slow = np.zeros(len(q), dtype=np.bool_)
     for begin, end in found:
@@ -136,6 +136,11 @@ def _slow(q: FloatArray, band: Band, limit: float, speed: float) -> list[tuple[i
     return runs(slow)
 
 
+def _most(limit: float, speed: float, band: Band) -> float:
+    """Return how far a joint goes at most in a cycle in which it may stick."""
+    return min(limit, _SLOW * speed / band.cutoff)
+
+
 def _stop(band: Band) -> float:
     """Return how many samples a stop takes."""
     return max(_STOP / band.cutoff, _STOP_S) / band.step
@@ -146,7 +151,7 @@ def still(q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray) -> Bo
     result = np.zeros(q.shape, dtype=np.bool_)
     for i in range(q.shape[1]):
         own = np.ascontiguousarray(q[:, i])
-        for begin, end in _slow(own, band, float(limit[i]), float(speed[i])):
+        for begin, end in resting(own, band, _most(float(limit[i]), float(speed[i]), band)):
             result[begin:end, i] = True
     return result
 
