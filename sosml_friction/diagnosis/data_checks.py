@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with the data themselves: looked at first, without a model."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -69,12 +69,16 @@ class Check:
     values: dict[str, float] = field(default_factory=dict)
 
 
-REST_LEFT_OUT = Check(
-    'rest',
-    'warning',
-    '*',
-    'what joints take at rest is not friction of their last motion, and is left out',
-)
+def rest_left_out(shares: Mapping[str, float]) -> Check:
+    """Return what share of the rows of each joint says nothing, as it rests there."""
+    told = ', '.join(f'{100.0 * x:.0f} % of {name}' for name, x in shares.items() if x > 0.0)
+    return Check(
+        'rest',
+        'warning',
+        '*',
+        'what joints take at rest is not friction of their last motion, and is left out'
+        + (f': {told}' if told else ''),
+    )
 
 
 def check_log(log: JointLog) -> list[Check]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT, Check, velocity_lag
+from sosml_friction.diagnosis.data_checks import Check, rest_left_out, velocity_lag
 from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.diagnosis.trust import trusting
 from sosml_friction.diagnosis.untold_inertia import untold_inertia
@@ -69,7 +69,10 @@ class Design:
         if untold := untold_inertia(result.laboratory):
             result = result.with_free_inertia(untold, step)
         if result.laboratory.without_rests:
-            result = replace(result, checks=(*result.checks, REST_LEFT_OUT))
+            lab = result.laboratory
+            left_out = (1.0 - lab.known / len(lab.y)).tolist()
+            rest = rest_left_out({robot.names[i]: left_out[i] for i in told})
+            result = replace(result, checks=(*result.checks, rest))
         if others is not None:
             result = replace(result, others=tuple(result.laboratory.seen_alike(others)))
         return result

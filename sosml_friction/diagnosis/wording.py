@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A diagnosis in words, for a person."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,12 +18,12 @@ from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
 from sosml_friction.identification.number_text import plus_minus, words
 from sosml_friction.identification.term_parameters import size_text
-from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, TERMS
 
 #: Numbers of data checks that a sentence does without; those of a term are the term's to say.
 _NOT_TOLD = ('step_s', 'jitter_s', 'lag_std_error_s')
-#: Most numbers of a cause that its description has.
+#: Most numbers, or episodes, of a cause that its description has.
 _MOST_NUMBERS = 3
 #: What is said in the place of numbers of a cause whose size would be wrong beyond its error.
 SIZE_UNKNOWN = 'present; its size is not known from these data'
@@ -45,8 +46,14 @@ def describe(cause: Cause, names: Sequence[str] = ()) -> str:
     kind = TERMS.classes.get(cause.effect)
     if not cause.size_known:
         return f'{where}: {words(cause.effect)} ({SIZE_UNKNOWN})'
+    if 'episodes' in cause.parameters:
+        return f'{where}: {words(cause.effect)} ({_episodes(cause)})'
     unspoken = _NOT_TOLD if kind is None else kind.unspoken
-    told = [(name, p) for name, p in cause.parameters.items() if name not in unspoken]
+    told = [
+        (name, p)
+        for name, p in cause.parameters.items()
+        if name not in unspoken and not _unfelt(p)
+    ]
     for name, p in told[:_MOST_NUMBERS]:
         if p.unit == 'joint' and names:
             numbers.append(f'{words(name)} {names[int(p.value)]}')
@@ -62,6 +69,29 @@ def describe(cause: Cause, names: Sequence[str] = ()) -> str:
     why = ''.join(f'; known together only, as {reason}' for reason in sorted(reasons))
     off = ' as stated is off' if cause.stated else ''
     return f'{where}: {words(cause.effect)}{off} ({", ".join(numbers)}{why})'
+
+
+def _unfelt(p: Parameter) -> bool:
+    """Tell whether it is a size that nothing in the recordings feels: exactly 0, for no reason."""
+    return p.value == 0.0 and math.isfinite(p.std_error)
+
+
+def _episodes(cause: Cause) -> str:
+    """Return how many contacts there were, the first of them, and of what size."""
+    numbers = cause.parameters
+    count = round(numbers['episodes'].value)
+    told = []
+    for k in range(1, count + 1):
+        if k > _MOST_NUMBERS or f'start_{k}' not in numbers:
+            told.append('...')
+            break
+        start, end = (numbers[f'{name}_{k}'].value for name in ('start', 'end'))
+        told.append(f'{start:.2f} to {end:.2f} s')
+    text = f'{count} episode{"" if count == 1 else "s"}: {", ".join(told)}'
+    if 'level' in numbers:
+        level, left_out = numbers['level'], numbers['share_left_out'].value
+        text += f'; level {size_text(level)} {level.unit}, {100.0 * left_out:.0f} % left out'
+    return text
 
 
 def _of_harmonics(cause: Cause, name: str) -> str:
@@ -97,11 +127,16 @@ def sentence_of(
     modelled = any(cause.in_model for cause in (*causes, *tolerated))
     gains = f'On {gain.on}: {_gains(gain, names, units)}.' if modelled else _NOT_MODELLED
     if verdict == 'unknown_structure':
-        # A fault of the data leaves no residual: it is no part of what is missing.
-        told = _told([cause for cause in causes if not cause.is_fault], names)
+        # A fault of the data leaves no residual, and a contact is found beside what is left: they
+        # are no part of what is missing.
+        own = [cause for cause in causes if not cause.is_fault]
+        contacts = [cause for cause in own if cause.effect in DATA_CAUSES]
+        told = [cause for cause in own if cause.effect not in DATA_CAUSES]
         text = 'The model misses something that no cause of the catalogue explains'
+        if contacts:
+            text += f', beside {_told(contacts, names)}'
         if told:
-            text += f'; in part it looks like {told}'
+            text += f'; in part it looks like {_told(told, names)}'
         where = _where_unknown(selection, names, units) or _refused(selection, names)
         where += _tone_instead(selection, names)
         return (
@@ -184,11 +219,23 @@ def _outside(causes: Sequence[Cause]) -> str:
 
 
 def _told(causes: Sequence[Cause], names: Sequence[str]) -> str:
-    parts = []
-    for cause in causes:
-        rivals = ', or '.join(words(rival) for rival in cause.rivals)
-        parts.append(describe(cause, names) + (f', or {rivals}' if rivals else ''))
-    return '; '.join(parts)
+    return '; '.join(_with_rivals(cause, names) for cause in causes)
+
+
+def _with_rivals(cause: Cause, names: Sequence[str]) -> str:
+    """
+    Return a cause and its rivals; these first where a size of its own may be nothing.
+
+    They explain as much without that size. Of a cosine and a sine one may be nothing.
+    """
+    own, rivals = describe(cause, names), [words(rival) for rival in cause.rivals]
+    kind = TERMS.classes.get(cause.effect)
+    sizes = () if kind is None else [kind.reported_as.get(x, x) for x in kind.amplitudes]
+    found = [cause.parameters[name] for name in sizes if name in cause.parameters]
+    if rivals and 'cosine' not in sizes and any(p.may_be(0.0) for p in found if not _unfelt(p)):
+        where, _, own = own.partition(': ')
+        return f'{where}: {", or ".join([*rivals, own])}'
+    return ', or '.join([own, *rivals])
 
 
 def _gains(gain: Gain, names: tuple[str, ...], units: tuple[str, ...]) -> str:

@@ -71,7 +71,10 @@ def reason_for(name: str, reach: DataReach, interval: tuple[float, float]) -> st
                 f'the data begin at {reach.speed(reach.slowest)} and the Stribeck velocity of the '
                 f'best fit is {reach.speed(v_s)}: what is nearer to standstill is not in them'
             )
-        return f'only known to be between {max(low, 0.0):.3g} and {high:.3g} {reach.effort_unit}'
+        return (
+            f'the Stribeck friction is only known to be between {max(low, 0.0):.3g} and '
+            f'{high:.3g} {reach.effort_unit}'
+        )
     half = 0.5 * (high - low)
     present = name in ('coulomb', 'viscous') and name not in reach.absent
     floor = SHARE_OF_LEVEL if present else SHARE_OF_OFFSET

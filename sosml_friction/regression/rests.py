@@ -20,6 +20,9 @@ from sosml_friction.regression.noise_model import ORDER
 #: band. Doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes; halved, one
 #: of nine does: a gap is named that is else not seen.
 STILL = 0.02
+#: A joint that goes on as slowly for so many displacements of its sign does not rest. Between the
+#: creep of the emulator, 4.5 at most, and plateaus of 10 mm/s of a slide, 41 and more.
+_ON = 10.0
 #: A standstill of more cycles of the band and more time [s] than these is a stop; a shorter one is
 #: a reversal in passing. Halved and doubled, no answer of ``python -m validation.sensitivity
 #: --seed 1`` changes.
@@ -105,6 +108,38 @@ def _stops_in_passing(q: FloatArray, band: Band, limit: float) -> list[tuple[int
     ]
 
 
+def _slow(q: FloatArray, band: Band, limit: float, speed: float) -> list[tuple[int, int]]:
+    """
+    Return where a joint is slow enough to rest, and does not go on, as samples (from, to).
+
+    One that rests gives way by about ``limit``, whatever the time; one that creeps, by little
+    more. One that goes on the same way moves, however slowly: by half of the limit in each half of
+    the time of a stop, and by many limits in all. A plateau of a speed ladder does.
+    """
+    found = resting(q, band, _most(limit, speed, band))
+    half = round(0.5 * _stop(band))
+    slow = np.zeros(len(q), dtype=np.bool_)
+    for begin, end in found:
+        slow[begin:end] = True
+        own = q[begin:end]
+        if len(own) <= 2 * half:
+            continue
+        way = own[half:] - own[:-half]
+        for sign in (1.0, -1.0):
+            on = sign * way > 0.5 * limit
+            # Of windows of a stop, by their first samples.
+            for first, last in runs(on[:-half] & on[half:]):
+                last += 2 * half - 1
+                if abs(own[last] - own[first]) > _ON * limit:
+                    slow[begin + first : begin + last + 1] = False
+    return runs(slow)
+
+
+def _most(limit: float, speed: float, band: Band) -> float:
+    """Return how far a joint goes at most in a cycle in which it may stick."""
+    return min(limit, STILL * speed / band.cutoff)
+
+
 def _stop(band: Band) -> float:
     """Return how many samples a stop takes."""
     return max(_STOP / band.cutoff, _STOP_S) / band.step
@@ -115,7 +150,7 @@ def still(q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray) -> Bo
     result = np.zeros(q.shape, dtype=np.bool_)
     for i in range(q.shape[1]):
         own = np.ascontiguousarray(q[:, i])
-        for begin, end in resting(own, band, _most(i, limit, speed, band)):
+        for begin, end in resting(own, band, _most(float(limit[i]), float(speed[i]), band)):
             result[begin:end, i] = True
     return result
 
@@ -137,16 +172,12 @@ def stopping_joints(
     for i in range(len(limit)):
         for q, band in stretches:
             long = _stop(band)
-            found = resting(np.ascontiguousarray(q[:, i]), band, _most(i, limit, speed, band))
-            if any(b - a > long and a > 0 and b < len(q) for a, b in found):
+            own = np.ascontiguousarray(q[:, i])
+            found = _slow(own, band, float(limit[i]), float(speed[i]))
+            if any(b - a > long and a > 0 for a, b in found):
                 result.append(i)
                 break
     return result
-
-
-def _most(i: int, limit: FloatArray, speed: FloatArray, band: Band) -> float:
-    """Return how far a joint goes at most in a cycle in which it rests."""
-    return min(float(limit[i]), STILL * float(speed[i]) / band.cutoff)
 
 
 def find_rests(
@@ -172,7 +203,7 @@ def find_rests(
     result: list[Rest] = []
     for i in sorted({*joints, *turns}):
         own = np.ascontiguousarray(q[:, i])
-        found = resting(own, band, _most(i, limit, speed, band))
+        found = _slow(own, band, float(limit[i]), float(speed[i]))
         if found == [(0, len(q))]:
             continue
         found += _stops_in_passing(own, band, float(limit[i]))

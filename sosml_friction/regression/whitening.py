@@ -17,7 +17,7 @@ from sosml_friction.regression.evidence import whiten_all
 from sosml_friction.regression.kernels import runs
 from sosml_friction.regression.library_residual import LibraryResidual, in_motion
 from sosml_friction.regression.noise_model import ORDER, NoiseModel
-from sosml_friction.regression.rests import WhitenedRests
+from sosml_friction.regression.rests import WhitenedRests, still
 from sosml_friction.regression.signals import Signals
 
 #: Noise is fitted to pieces of more rows than this many times its order: a piece gives ORDER rows
@@ -138,6 +138,10 @@ def _contacts(
     ):
         x = np.stack(own, axis=1)
         moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
+        # Nor is what is left of a slow plateau, where hardly anything acts, that of a motion.
+        rests = sorted({rest.joint for rest in s.rests})
+        slow = s.band.at_rows(still(s.q, s.band, s.scales.sign_limit, s.scales.speed))
+        moves[:, rests] &= ~slow[:, rests]
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, 1.0)
         residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))

@@ -61,9 +61,14 @@ class Cause:
         return self.effect, self.joint
 
     @property
+    def shown_by_data(self) -> bool:
+        """Tell whether the data show it by themselves, and no column of the regression."""
+        return self.evidence.get('delta_bic') is None
+
+    @property
     def is_fault(self) -> bool:
-        """Tell whether a data check shows it, and nothing of it is left in the residual."""
-        return self.effect in FAULTS and self.evidence.get('delta_bic') is None
+        """Tell whether it is a fault of the data, of which nothing is left in the residual."""
+        return self.effect in FAULTS and self.shown_by_data
 
     @property
     def size_known(self) -> bool:

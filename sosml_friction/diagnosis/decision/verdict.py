@@ -24,16 +24,15 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     # What only a tone of time explains is not explained, whatever is named beside it.
     best = selection.rejected
     is_a_tone = best is not None and bool(best.instead)
-    if selection.accepted and (is_a_tone or _causes_are_not_all(selection)):
+    # What the data show by themselves, a contact or a late velocity, explains nothing of what is
+    # left beside it. Neither does what only an impossible cause explains.
+    left = bool(selection.accepted) and _causes_are_not_all(selection)
+    if all(cause.shown_by_data for cause in causes):
+        left = left or bool(selection.remainder.beyond_chance) or selection.refused is not None
+    if is_a_tone or left or any(not_shown(cause) for cause in causes):
         return 'unknown_structure'
-    if any(not_shown(cause) for cause in causes):
-        return 'unknown_structure'
-    # A fault of the data leaves no residual: it does not explain one.
-    if not all(cause.is_fault for cause in causes):
-        return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
-    # Neither is what only an impossible cause explains.
-    if selection.remainder.beyond_chance or selection.refused is not None or is_a_tone:
-        return 'unknown_structure'
+    if any(cause.rivals for cause in causes):
+        return 'ambiguous'
     return 'named' if causes else 'nothing_above_floor'
 
 

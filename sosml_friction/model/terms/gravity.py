@@ -7,14 +7,19 @@ from typing import ClassVar
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
+from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Body
 from sosml_friction.model.terms.kinds.term import Inner
 
 #: Random states at which it is asked what a joint feels.
 _STATES = 50
+#: Bodies weigh this many times what the model says at most, and have as many times its inertia: a
+#: limb or a load of twice their own weight may hang there. Chosen, no measurement.
+_HEAVIER = 3.0
 
 
 class Gravity(BodyTerm):
@@ -49,6 +54,49 @@ class Gravity(BodyTerm):
             and bool(signals.robot.gravity_acceleration.any())
             and len(first_moments(signals.robot, joint)) == 2
         )
+
+    def implausible(self, fit: Fitted) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        robot = fit.signals.robot
+        body = Body(robot.inertial_parameters(), np.array(robot.armature), np.zeros(3))
+        for change, size in zip(
+            self.changes(robot, fit.joint, fit.inner), fit.amplitude, strict=True
+        ):
+            body.add(change, float(size))
+        changed = robot.changed(body.inertias, body.rotors, body.gravity)
+        q = np.median(fit.signals.q, axis=0)
+        most = _HEAVIER * _most(robot, fit.joint, q)
+        # A model without masses says nothing of them.
+        if 0.0 < most < _moment(changed, fit.joint, q):
+            return f'what hangs on the joint would weigh over {_HEAVIER:g} times as much'
+        return ''
+
+
+def _moment(robot: Robot, joint: int, q: FloatArray) -> float:
+    """
+    Return the first moment of all that a joint carries, across its axis [kg m].
+
+    The largest that its effort against gravity becomes, gravity of 1 m/s2 in any direction.
+    """
+    under = [robot.gravity_under(q, way)[joint] for way in np.eye(3)]
+    return float(np.linalg.norm(under))
+
+
+def _most(robot: Robot, joint: int, q: FloatArray) -> float:
+    """
+    Return the largest first moment that bodies of that mass and inertia have, sqrt(m I) [kg m].
+
+    Each part of mass dm at r across the axis adds r dm to the first moment and r^2 dm to the
+    inertia: by Cauchy and Schwarz |sum r dm|^2 <= sum dm sum r^2 dm. A pseudo-inertia that is
+    positive says the same. Rotors are in none of them.
+    """
+    rng = np.random.default_rng(0)
+    state = rng.uniform(-1.5, 1.5, (3, robot.n))
+    blocks = robot.torque_regressor(*state)[joint].reshape(robot.n, 10)
+    carried = np.any(np.abs(blocks) > 1e-9, axis=1)
+    mass = float(robot.inertial_parameters()[carried, 0].sum())
+    inertia = float(robot.inertia(q)[joint, joint]) - robot.armature[joint]
+    return float(np.sqrt(max(mass * inertia, 0.0)))
 
 
 def first_moments(robot: Robot, joint: int) -> list[int]:

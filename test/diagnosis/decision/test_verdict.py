@@ -26,13 +26,14 @@ from sosml_friction.model.parameter import Parameter
         (True, 'velocity_lag', 'unknown_structure'),
         (False, 'velocity_lag', 'named'),
         (True, 'dropped_samples', 'unknown_structure'),
-        (True, 'external_contact', 'named'),
+        (True, 'external_contact', 'unknown_structure'),
+        (False, 'external_contact', 'named'),
     ],
 )
-def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
+def test_what_the_data_show_by_themselves_does_not_hide_that_something_is_missing(
     over, effect, verdict
 ):
-    """The diagnosis does not use a late velocity, and bridges short holes."""
+    """The diagnosis does not use a late velocity, bridges short holes, leaves contacts out."""
     left = Leftover('time', 0, 500.0 if over else 0.0, 100.0, 1.0, 0.0)
     selection = Selection(None, None, remainder=Remainder((left,), np.array([0.5])))
     parameters = {'lag_s': Parameter(0.01, 's'), 'lag_std_error_s': Parameter(1e-4, 's')}
@@ -40,8 +41,50 @@ def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
     assert verdict_of([cause], selection) == verdict
     assert describe(cause) == f'elbow: {effect.replace("_", " ")} (lag 0.01 s)'
     sentence = sentence_of(verdict, [cause], unmoved(), selection, ('elbow',), ('Nm',))
-    assert (effect.replace('_', ' ') in sentence) == (verdict == 'named')
+    # A fault leaves no residual; a contact is told beside what is missing.
+    told = verdict == 'named' or effect == 'external_contact'
+    assert (effect.replace('_', ' ') in sentence) == told
     assert ('The refitted model explains the data' in sentence) != over
+
+
+def test_contacts_are_told_in_plain_words():
+    times = {'start_1': 89.693, 'end_1': 90.081, 'start_2': 100.0, 'end_2': 101.0}
+    numbers = {name: Parameter(value, 's') for name, value in times.items()}
+
+    def said(count, **more):
+        episodes = {'episodes': Parameter(count, '1'), **numbers, **more}
+        return describe(Cause('external_contact', 'elbow', episodes, {}))
+
+    assert said(1.0) == 'elbow: external contact (1 episode: 89.69 to 90.08 s)'
+    level = {'level': Parameter(18.24, 'N'), 'share_left_out': Parameter(0.314, '1')}
+    assert said(2.0, **level) == (
+        'elbow: external contact (2 episodes: 89.69 to 90.08 s, 100.00 to 101.00 s; '
+        'level 18.24 N, 31 % left out)'
+    )
+    assert said(7.0).endswith('101.00 s, ...)')
+
+
+def test_a_set_is_led_by_what_is_shown_and_nothing_unfelt_is_told():
+    def size(value, error):
+        return Parameter.estimated(value, 'N', error, 1.96)
+
+    def said(cause):
+        selection = Selection(None, None, remainder=Remainder((), np.zeros(1)))
+        return sentence_of('ambiguous', [cause], unmoved(), selection, ('x',), ('N',))
+
+    numbers = {'stiffness': size(2.2, 2.6), 'offset': size(2.3, 0.97)}
+    spring = Cause('spring', 'x', numbers, {}, rivals=('effort_bias',))
+    assert ': x: effort bias, or spring (stiffness 2.2 ± 5.1 N' in said(spring)
+    seen = replace(spring, parameters={**numbers, 'stiffness': size(20.0, 2.0)})
+    assert ': x: spring (stiffness 20.0 ± 3.9 N, offset 2.3 ± 1.9 N), or effort bias.' in said(
+        seen
+    )
+    waves = {'cosine': size(0.1, 0.2), 'sine': size(2.0, 0.2)}
+    cogging = Cause('cogging', 'x', waves, {}, rivals=('spring',))
+    assert ': x: cogging (' in said(cogging)
+    # An axis about which the robot feels no tilt: rounding is no error.
+    tilt = {'rotation_x': size(0.0, 1.6e-11), 'rotation_y': size(-0.18, 0.01)}
+    assert describe(Cause('gravity_tilt', 'x', tilt, {})).count('rotation') == 1
 
 
 def unmoved(position_after=1.0):
