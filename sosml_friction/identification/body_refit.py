@@ -18,6 +18,7 @@ from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.term_fit import FittedTerm, TermFit
+from sosml_friction.identification.term_parameters import slowest_speed, steady_speeds
 from sosml_friction.model.consistent_inertias import nearest_bodies
 from sosml_friction.model.laws import law_of, unit_of
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
@@ -35,8 +36,6 @@ NOMINAL = ('coulomb', 'viscous')
 FRICTION = (*NOMINAL, 'stribeck', LOAD)
 #: What a Stribeck term is, if it is known; else both are ranges.
 _KNEE = ('stribeck', 'stribeck_velocity')
-#: Speeds of the data are told without the slowest of this share, which are turning points.
-_TURNING = 0.02
 #: Share of the variance of what bodies changed an effort by that one factor on all of it explains,
 #: and most rows that it is asked of. Chosen, no measurement.
 _ONE_FACTOR, _ROWS = 0.9, 2000
@@ -362,8 +361,8 @@ def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:
         for name in _KNEE:
             parameters[name] = Parameter.not_told(
                 unit_of(name, unit),
-                'beside the bodies, Coulomb and viscous friction and friction by load were '
-                'fitted: sosml fit --terms fits any',
+                'beside the bodies and what else was fitted, the data do not show more friction '
+                'near standstill',
             )
     else:
         drawn |= {name: p.value for name, p in knee.parameters.items()}
@@ -373,9 +372,6 @@ def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:
             law = drawn_law
     left = fit.residual()[:, i]
     own = sum(fit.explained(t)[:, i] for t in fit.terms if t.term in FRICTION)
-    speed = np.abs(np.concatenate([s.v[:, i] for s in fit.laboratory.signals]))
-    # Rows at rest are no speed of the law.
-    speed = speed[speed > 0.0]
     return LawFit(
         law,
         parameters,
@@ -385,7 +381,7 @@ def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:
         fit.laboratory.settings.blocks,
         drawn=drawn,
         drawn_law=drawn_law,
-        slowest=float(np.quantile(speed, _TURNING)),
+        slowest=slowest_speed(steady_speeds(fit.laboratory, i)),
     )
 
 
