@@ -122,13 +122,17 @@ class TermFit:
         they are, z^2 is what the sum of squares rises by without the term, in variances of what
         is left (the likelihood ratio).
         """
-        found, (placed, part) = self.estimate, self._placed(term)
+        found, (own, part) = self.estimate, self.place_of(term)
         x = found.fit.baseline.x
-        own = next(k for k, each in enumerate(found.placed) if each is placed)
         held = frozenset((own, name) for name in found.placed[own].inner)
         linear = Linear.make(self.laboratory, found.placed, x, held)
         variance = linear.variances(found.fit)[0][part.start]
         return float(x[part.start] ** 2 / variance)
+
+    def place_of(self, term: FittedTerm) -> tuple[int, slice]:
+        """Return the number of a term that was placed, and where its amplitudes are."""
+        placed, part = self._placed(term)
+        return next(k for k, each in enumerate(self.estimate.placed) if each is placed), part
 
     def residual(self) -> FloatArray:
         """Return what is left of the effort in the band (rows, n) [Nm or N]."""
