@@ -318,12 +318,13 @@ def _with_hidden_knee(law: LawFit, joint: str, fit: TermFit, curved: TermFit) ->
 
     d: what the law moves by beside the term; w: how probable the term is, 1 / (1 + exp(-z^2 / 2))
     by its evidence z^2. One that would make friction less near standstill is impossible: it is
-    another law where the data show it, and nothing where they do not.
+    another law where the data are very sure that its size is below 0, and nothing where not.
     """
     term = next(t for t in curved.terms if (t.term, t.joint) == ('stribeck', joint))
-    evidence = curved.evidence(term)
-    if term.parameters['stribeck'].value <= 0.0 and evidence < VERY_STRONG:
+    size = term.parameters['stribeck']
+    if size.value <= 0.0 and size.value**2 < VERY_STRONG * size.std_error**2:
         return law
+    evidence = curved.evidence(term)
     weight = rival_probability(-evidence)
     moved = {
         name: curved.refit[f'{joint} {name}'] - fit.refit[f'{joint} {name}']

@@ -99,9 +99,9 @@ class Estimate:
     their standard errors (p + k,); ``inner_errors``: of each term, those of its inner parameters.
     ``shift`` and ``inner_shift``: the part of them by which terms differ from their rivals, of
     those that explain more. ``by_tolerance``: by how much the nominal's deviations within their
-    tolerance move each, the standard deviation and the most, (2, p + k). ``covariance`` (m, m): how
-    everything goes together, the logarithms of the inner parameters ``owners`` last, number of the
-    term and name, if no rival is true; ``rivals``: which are asked of.
+    tolerance move each, the standard deviation and the most, (2, p + k). ``covariance`` (m, m):
+    of everything together if no rival is true, the logarithms of the inner parameters ``owners``
+    last, number of the term and name. ``rivals``: the fits with those.
     """
 
     placed: tuple[Placed, ...]
@@ -421,9 +421,7 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     )
 
 
-def _rivals(
-    laboratory: WhitenedRegression, placed: Sequence[Placed], fit: Fit
-) -> list[RivalFit]:
+def _rivals(laboratory: WhitenedRegression, placed: Sequence[Placed], fit: Fit) -> list[RivalFit]:
     """Return the fits in which a rival of a term stands in its place."""
     rivals = [(k, each, rival) for k, each in enumerate(placed) for rival in each.term.rivals()]
     if not rivals:
