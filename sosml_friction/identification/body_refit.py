@@ -18,8 +18,9 @@ from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.term_fit import FittedTerm, TermFit
+from sosml_friction.identification.term_parameters import slowest_speed, steady_speeds
 from sosml_friction.model.consistent_inertias import nearest_bodies
-from sosml_friction.model.laws import law_of, unit_of
+from sosml_friction.model.laws import FrictionLaw, law_of, unit_of
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.rigid_changes import REFIT, Change, with_changes
@@ -33,10 +34,10 @@ from sosml_friction.regression.rival import VERY_STRONG, rival_probability
 LOAD = 'load_dependent_friction'
 NOMINAL = ('coulomb', 'viscous')
 FRICTION = (*NOMINAL, 'stribeck', LOAD)
+#: What every law has.
+_LINEAR = (*NOMINAL, 'bias')
 #: What a Stribeck term is, if it is known; else both are ranges.
 _KNEE = ('stribeck', 'stribeck_velocity')
-#: Speeds of the data are told without the slowest of this share, which are turning points.
-_TURNING = 0.02
 #: Share of the variance of what bodies changed an effort by that one factor on all of it explains,
 #: and most rows that it is asked of. Chosen, no measurement.
 _ONE_FACTOR, _ROWS = 0.9, 2000
@@ -317,19 +318,22 @@ def _with_hidden_knee(law: LawFit, joint: str, fit: TermFit, curved: TermFit) ->
 
     d: what the law moves by beside the term; w: how probable the term is, 1 / (1 + exp(-z^2 / 2))
     by its evidence z^2. One that would make friction less near standstill is impossible: it is
-    another law where the data show it, and nothing where they do not.
+    another law where the data are very sure that its size is below 0, and nothing where not.
     """
     term = next(t for t in curved.terms if (t.term, t.joint) == ('stribeck', joint))
-    evidence = curved.evidence(term)
-    if term.parameters['stribeck'].value <= 0.0 and evidence < VERY_STRONG:
+    size = term.parameters['stribeck']
+    if size.value <= 0.0 and size.value**2 < VERY_STRONG * size.std_error**2:
         return law
+    evidence = curved.evidence(term)
     weight = rival_probability(-evidence)
     moved = {
         name: curved.refit[f'{joint} {name}'] - fit.refit[f'{joint} {name}']
         for name in law.parameters
         if f'{joint} {name}' in fit.refit
     }
-    return law.with_variance({name: weight * by**2 for name, by in moved.items()})
+    wide = law.with_variance({name: weight * by**2 for name, by in moved.items()})
+    other = (_curve(_drawn(curved, joint, term)[1]), weight)
+    return replace(wide, covariance=law.covariance, others=(*law.others, other))
 
 
 def _loads(fit: TermFit) -> tuple[EffectTerm, ...]:
@@ -344,10 +348,10 @@ def _loads(fit: TermFit) -> tuple[EffectTerm, ...]:
 def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:
     """Return the law of joint ``i`` as other fits hold them; ``knee``: its Stribeck term."""
     joint, unit = fit.names[i], fit.units[i]
-    known = ('coulomb', 'viscous', 'bias')
-    drawn = {name: fit.refit[f'{joint} {name}'] for name in known}
+    drawn_law, drawn = _drawn(fit, joint, knee)
     parameters = {}
-    for name, value in drawn.items():
+    for name in _LINEAR:
+        value = drawn[name]
         error = fit.refit_errors[f'{joint} {name}']
         told = Parameter.estimated(value, unit_of(name, unit), error, Z_95)
         low, high = value - Z_95 * error, value + Z_95 * error
@@ -357,25 +361,21 @@ def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:
             )
             told = replace(told, value=np.nan, flags=(NOT_IDENTIFIABLE,), reason=reason)
         parameters[name] = told
-    law = drawn_law = 'coulomb_viscous'
+    law = 'coulomb_viscous'
     if knee is None:
         for name in _KNEE:
             parameters[name] = Parameter.not_told(
                 unit_of(name, unit),
-                'beside the bodies, Coulomb and viscous friction and friction by load were '
-                'fitted: sosml fit --terms fits any',
+                'beside the bodies and what else was fitted, the data do not show more friction '
+                'near standstill',
             )
     else:
-        drawn |= {name: p.value for name, p in knee.parameters.items()}
-        drawn_law = law_of((*known, 'stribeck'), drawn).identifier
         parameters |= {name: _or_range(p) for name, p in knee.parameters.items()}
         if all(np.isfinite(parameters[name].value) for name in _KNEE):
             law = drawn_law
     left = fit.residual()[:, i]
     own = sum(fit.explained(t)[:, i] for t in fit.terms if t.term in FRICTION)
-    speed = np.abs(np.concatenate([s.v[:, i] for s in fit.laboratory.signals]))
-    # Rows at rest are no speed of the law.
-    speed = speed[speed > 0.0]
+    covariance, covariance_of = _covariance(fit, joint, knee)
     return LawFit(
         law,
         parameters,
@@ -385,8 +385,77 @@ def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:
         fit.laboratory.settings.blocks,
         drawn=drawn,
         drawn_law=drawn_law,
-        slowest=float(np.quantile(speed, _TURNING)),
+        covariance=covariance,
+        covariance_of=covariance_of,
+        freedom=np.inf,
+        others=_rivals(fit, joint, knee),
+        slowest=slowest_speed(steady_speeds(fit.laboratory, i)),
     )
+
+
+def _drawn(fit: TermFit, joint: str, knee: FittedTerm | None) -> tuple[str, dict[str, float]]:
+    """Return the law of the best fit, and its numbers."""
+    drawn = {name: fit.refit[f'{joint} {name}'] for name in _LINEAR}
+    if knee is None:
+        return 'coulomb_viscous', drawn
+    drawn |= {name: p.value for name, p in knee.parameters.items()}
+    return law_of((*_LINEAR, 'stribeck'), drawn).identifier, drawn
+
+
+def _covariance(
+    fit: TermFit, joint: str, knee: FittedTerm | None
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """
+    Return the covariance of a joint's law in the regression, and of which parameters.
+
+    The parameters of a knee that is wide open are far off together, and the curve is not. So it
+    is taken as a whole to the size of the errors that are said, by the mean of their ratios for
+    C, B and bias: a factor for each parameter would leave of the curve what they differ by.
+    """
+    found, nominal = fit.estimate, fit.laboratory.nominal.names
+    at = [nominal.index(f'{joint} {name}') for name in _LINEAR]
+    size = [1.0] * len(at)
+    names = list(_LINEAR)
+    C = found.covariance
+    said = found.errors[at] ** 2 - found.shift[at] ** 2
+    factor = float(np.mean(said / np.diag(C)[at]))
+    if knee is not None:
+        which, part = fit.place_of(knee)
+        at.append(part.start)
+        size.append(1.0)
+        names += [*TERMS[knee.term].amplitudes]
+        for k, (owner, name) in enumerate(found.owners):
+            if owner == which:
+                at.append(len(found.errors) + k)
+                # They are searched by their logarithms.
+                size.append(float(found.placed[which].inner[name]))
+                names.append(name)
+    return factor * C[np.ix_(at, at)] * np.outer(size, size), tuple(names)
+
+
+def _rivals(
+    fit: TermFit, joint: str, knee: FittedTerm | None
+) -> tuple[tuple[FrictionLaw, float], ...]:
+    """Return the laws that may be in place of one with a knee, each with its probability."""
+    if knee is None:
+        return ()
+    nominal = fit.laboratory.nominal.names
+    which, part = fit.place_of(knee)
+    (size,) = TERMS[knee.term].amplitudes
+    result = []
+    for rival in fit.estimate.rivals:
+        if rival.which != which:
+            continue
+        values = {name: float(rival.x[nominal.index(f'{joint} {name}')]) for name in _LINEAR}
+        values |= {size: float(rival.x[part.start]), **rival.inner[which]}
+        result.append((_curve(values).rival(), rival.probability))
+    return tuple(result)
+
+
+def _curve(values: Mapping[str, float]) -> FrictionLaw:
+    """Return the law with a Stribeck term of these numbers, its sign that of a step."""
+    law = law_of((*_LINEAR, 'stribeck'), values)
+    return FrictionLaw(law, {name: values[name] for name in law.parameter_names}, 0.0)
 
 
 def _or_range(p: Parameter) -> Parameter:

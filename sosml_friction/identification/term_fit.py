@@ -37,6 +37,7 @@ from sosml_friction.regression.body_width import (
 from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.estimate import (
     Estimate,
+    Linear,
     Placed,
     estimate,
     place,
@@ -116,11 +117,22 @@ class TermFit:
         """
         Return z^2 of a term's first amplitude, to tell whether it is there.
 
-        Which of its equations is true makes its size less sure, and not that it is there.
+        Its inner parameters are nothing where the term is not. So what they leave open, as which
+        of its equations is true, makes its size less sure, and not that it is there: with them as
+        they are, z^2 is what the sum of squares rises by without the term, in variances of what
+        is left (the likelihood ratio).
         """
-        found, (_, part) = self.estimate, self._placed(term)
-        variance = float(found.errors[part.start] ** 2 - found.shift[part.start] ** 2)
-        return float(found.fit.baseline.x[part.start] ** 2) / variance
+        found, (own, part) = self.estimate, self.place_of(term)
+        x = found.fit.baseline.x
+        held = frozenset((own, name) for name in found.placed[own].inner)
+        linear = Linear.make(self.laboratory, found.placed, x, held)
+        variance = linear.variances(found.fit)[0][part.start]
+        return float(x[part.start] ** 2 / variance)
+
+    def place_of(self, term: FittedTerm) -> tuple[int, slice]:
+        """Return the number of a term that was placed, and where its amplitudes are."""
+        placed, part = self._placed(term)
+        return next(k for k, each in enumerate(self.estimate.placed) if each is placed), part
 
     def residual(self) -> FloatArray:
         """Return what is left of the effort in the band (rows, n) [Nm or N]."""

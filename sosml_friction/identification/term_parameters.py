@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.identifiability import (
     SPREAD,
     DataReach,
@@ -145,20 +146,29 @@ def _reach(laboratory: WhitenedRegression, estimate: Estimate, which: int) -> Da
     """Return what the recordings cover in the joint of a term."""
     placed = estimate.placed[which]
     i = placed.joint
+    steady = steady_speeds(laboratory, i)
+    return DataReach(
+        laboratory.robot.effort_units[i],
+        slowest_speed(steady),
+        float(steady.max()),
+        float(laboratory.signals[0].scales.level(i)),
+        {name: float(x) for name, x in placed.inner.items()},
+    )
+
+
+def steady_speeds(laboratory: WhitenedRegression, i: int) -> FloatArray:
+    """Return the speeds of joint ``i`` away from its turning points, 0 where there are none."""
     speeds = []
     for s in laboratory.signals:
         speed, change = np.abs(s.v[:, i]), np.abs(s.a[:, i]) / s.band.cutoff
         speeds.append(speed[(np.abs(s.sign[:, i]) > _SETTLED) & (change < speed)])
     steady = np.concatenate(speeds)
-    if not len(steady):
-        steady = np.array([0.0])
-    return DataReach(
-        laboratory.robot.effort_units[i],
-        float(np.quantile(steady, _SLOWEST)),
-        float(steady.max()),
-        float(laboratory.signals[0].scales.level(i)),
-        {name: float(x) for name, x in placed.inner.items()},
-    )
+    return steady if len(steady) else np.zeros(1)
+
+
+def slowest_speed(steady: FloatArray) -> float:
+    """Return the speed at which data begin, but for a few of them."""
+    return float(np.quantile(steady, _SLOWEST))
 
 
 def _at_slowest(reach: DataReach, profile: Profile) -> str:

@@ -75,6 +75,21 @@ class Placed:
 
 
 @dataclass(frozen=True)
+class RivalFit:
+    """
+    Hold the fit in which a rival of the term ``which`` stands in its place.
+
+    ``x`` as of the fit with the term; ``inner``: inner parameters of each term;
+    ``probability``: of the rival.
+    """
+
+    which: int
+    x: FloatArray
+    inner: tuple[Inner, ...]
+    probability: float
+
+
+@dataclass(frozen=True)
 class Estimate:
     """
     Hold the values of terms beside the nominal model.
@@ -83,7 +98,9 @@ class Estimate:
     their standard errors (p + k,); ``inner_errors``: of each term, those of its inner parameters.
     ``shift`` and ``inner_shift``: the part of them by which terms differ from their rivals, of
     those that explain more. ``by_tolerance``: by how much the nominal's deviations within their
-    tolerance move each, the standard deviation and the most, (2, p + k).
+    tolerance move each, the standard deviation and the most, (2, p + k). ``covariance`` (m, m):
+    of everything together if no rival is true, the logarithms of the inner parameters ``owners``
+    last, number of the term and name. ``rivals``: the fits with those.
     """
 
     placed: tuple[Placed, ...]
@@ -93,6 +110,9 @@ class Estimate:
     shift: FloatArray
     inner_shift: tuple[Mapping[str, float], ...]
     by_tolerance: FloatArray
+    covariance: FloatArray
+    owners: tuple[tuple[int, str], ...]
+    rivals: tuple[RivalFit, ...]
 
     def fitted(self, laboratory: WhitenedRegression) -> list[Fitted]:
         """Return what was found of each term, as the term is asked about it."""
@@ -271,9 +291,12 @@ class Linear:
         scale = 1.0 / np.sqrt(np.diag(G))
         return np.asarray(np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None])
 
-    def variances(self, fit: Fit) -> tuple[FloatArray, FloatArray]:
+    def variances(self, fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
         """
         Return variances (m,) of all parameters of the ``fit``, and :meth:`_by_tolerance`, (2, m).
+
+        Besides how all go together, (m, m): the sum of what noise says, the blocks, and each of
+        the other causes, of which each moves all parameters at once.
 
         The variance is a sum over three causes:
 
@@ -297,15 +320,19 @@ class Linear:
         count = len(scores)
         # The prior pulls at all blocks alike.
         spread = (scores - scores.mean(axis=0)) @ covariance
-        between = np.sum(spread**2, axis=0) * count / (count - 1)
-        noise = np.einsum('ij,jk,ki->i', covariance, data, covariance)
+        between = spread.T @ spread * count / (count - 1)
         ratio = max(fit.baseline.cost / float(self.laboratory.known.sum()), 1.0)
-        result = np.maximum(noise * ratio, between)
+        noise = covariance @ data @ covariance * ratio
         tolerance = self._by_tolerance(covariance, wide)
-        result += tolerance[0] ** 2
-        result += self._beyond(x, named, scores.sum(axis=0)) ** 2
-        result += self._by_reversals(x, wide.Z, left, named, covariance)
-        return np.asarray(result), tolerance
+        within = covariance * (UNIFORM * wide.prior_weight())
+        others = within @ covariance
+        for moved in (
+            self._beyond(x, named, scores.sum(axis=0)),
+            self._by_reversals(x, wide.Z, left, named, covariance),
+        ):
+            others += np.outer(moved, moved)
+        result = np.maximum(np.diag(noise), np.diag(between)) + np.diag(others)
+        return result, tolerance, noise + between + others
 
     @staticmethod
     def _by_tolerance(covariance: FloatArray, system: System) -> FloatArray:
@@ -329,7 +356,7 @@ class Linear:
         named: IndexArray,
         covariance: FloatArray,
     ) -> FloatArray:
-        """Return the squares of what the rows beside reversals move, beyond what chance would."""
+        """Return what the rows beside reversals move, (m,), beyond what chance would."""
         penalty = self.equations.penalty
         far = far_from_reversals(self.laboratory, Z)
         kept = Z * far[:, :, None]
@@ -339,7 +366,8 @@ class Linear:
         pull[: len(x)] -= penalty[: len(x)] * x
         pull[named] = 0.0
         chance = np.maximum(np.diag(alone) - np.diag(covariance), 0.0)
-        return np.asarray(np.maximum((alone @ pull) ** 2 - chance, 0.0))
+        moved = alone @ pull
+        return np.asarray(np.copysign(np.sqrt(np.maximum(moved**2 - chance, 0.0)), moved))
 
     def _beyond(self, x: FloatArray, named: IndexArray, score: FloatArray) -> FloatArray:
         """Return how all parameters would move if none of the nominal's were held by its bound."""
@@ -366,10 +394,11 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     """
     fit = Fit.make(system_with(laboratory, [each.columns for each in placed]), laboratory.y)
     linear = Linear.make(laboratory, placed, fit.baseline.x)
-    variance, tolerance = linear.variances(fit)
+    variance, tolerance, covariance = linear.variances(fit)
     for each, part in with_amplitudes(placed, len(laboratory.nominal.bound)):
         variance[part] += (_regressor_error(laboratory, each) * fit.baseline.x[part]) ** 2
-    known, shift = linear.known, np.sqrt(_rival_variance(laboratory, placed, linear, fit))
+    rivals = _rivals(laboratory, placed, fit)
+    known, shift = linear.known, np.sqrt(_rival_variance(rivals, placed, linear, fit))
     errors = np.hypot(np.sqrt(variance), shift)
     inner: list[dict[str, float]] = [{} for _ in placed]
     moved: list[dict[str, float]] = [{} for _ in placed]
@@ -385,11 +414,31 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
         shift[:known],
         tuple(moved),
         tolerance[:, :known],
+        covariance,
+        tuple((k, name) for k, name, _, _ in linear.owners),
+        tuple(rivals),
     )
 
 
+def _rivals(laboratory: WhitenedRegression, placed: Sequence[Placed], fit: Fit) -> list[RivalFit]:
+    """Return the fits in which a rival of a term stands in its place."""
+    rivals = [(k, each, rival) for k, each in enumerate(placed) for rival in each.term.rivals()]
+    if not rivals:
+        return []
+    found = []
+    cost = equations_of(laboratory, placed).solve()[1]
+    ratio = max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+    for k, each, rival in rivals:
+        one = replace(each, term=rival).with_inner(laboratory, each.inner)
+        others = settle(laboratory, [*placed[:k], one, *placed[k + 1 :]])
+        x, its = equations_of(laboratory, others).solve()
+        inner = tuple(other.inner for other in others)
+        found.append(RivalFit(k, x, inner, rival_probability((its - cost) / ratio)))
+    return found
+
+
 def _rival_variance(
-    laboratory: WhitenedRegression, placed: Sequence[Placed], linear: Linear, fit: Fit
+    rivals: Sequence[RivalFit], placed: Sequence[Placed], linear: Linear, fit: Fit
 ) -> FloatArray:
     """
     Return the variance of all parameters (m,) by not knowing which of a term's rivals is true.
@@ -398,18 +447,10 @@ def _rival_variance(
     that of their logarithms.
     """
     result = np.zeros(linear.known + len(linear.owners))
-    rivals = [(k, each, rival) for k, each in enumerate(placed) for rival in each.term.rivals()]
-    if not rivals:
-        return result
-    cost = equations_of(laboratory, placed).solve()[1]
-    ratio = max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
-    for k, each, rival in rivals:
-        one = replace(each, term=rival).with_inner(laboratory, each.inner)
-        others = settle(laboratory, [*placed[:k], one, *placed[k + 1 :]])
-        x, its = equations_of(laboratory, others).solve()
-        ratios = [others[i].inner[name] / own for i, name, own, _ in linear.owners]
-        d = np.concatenate([x - fit.baseline.x, np.log(ratios)])
-        result += rival_probability((its - cost) / ratio) * d**2
+    for rival in rivals:
+        ratios = [rival.inner[k][name] / own for k, name, own, _ in linear.owners]
+        d = np.concatenate([rival.x - fit.baseline.x, np.log(ratios)])
+        result += rival.probability * d**2
     return result
 
 

@@ -134,7 +134,8 @@ class _Walk:
         mine = frozenset((len(start) - 1, name) for name in held)
         self.now = settle(self.laboratory, start, held=everything | mine) if held else start
         x, cost = equations_of(self.laboratory, self.now).solve()
-        linear = Linear.make(self.laboratory, self.now, x, everything | mine)
+        shape = frozenset((len(start) - 1, name) for name in own.inner)
+        linear = Linear.make(self.laboratory, self.now, x, everything | shape)
         modelled = np.diag(linear.covariance()[0])
         part = list(with_amplitudes(self.now, len(self.laboratory.nominal.bound)))[-1][1]
         excess = (cost - self.least) / self.limit

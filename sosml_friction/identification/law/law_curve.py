@@ -63,7 +63,7 @@ def band(fit: LawFit, v: FloatArray) -> FloatArray | None:
     variance = np.einsum('ni,ij,nj->n', gradient, covariance, gradient)
     for other, probability in fit.others:
         variance += probability * (other.torque(v) - law.torque(v)) ** 2
-    freedom = max(fit.clusters - len(names), 1)
+    freedom = fit.freedom or max(fit.clusters - len(names), 1)
     return np.array(t_95(freedom) * np.sqrt(np.maximum(variance, 0.0)))
 
 

@@ -49,6 +49,7 @@ class LawFit:
     ``profile`` is None without a Stribeck term; ``slowest`` [rad/s or m/s] is the least speed of
     the data, ``extra`` the factors of the columns that the caller added. ``reach``: what the data
     cover, by which a parameter is identifiable or not; None where that is not judged.
+    ``freedom``: degrees of freedom of the covariance, None for those that the clusters leave.
     """
 
     law: str
@@ -69,6 +70,7 @@ class LawFit:
     extra: tuple[Parameter, ...] = ()
     others: tuple[tuple[FrictionLaw, float], ...] = field(default=(), repr=False)
     reach: DataReach | None = None
+    freedom: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return what is said of every law that was fitted."""
