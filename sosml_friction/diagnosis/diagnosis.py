@@ -138,7 +138,9 @@ def diagnose(
     library = {name: term for name, term in library.items() if name != EffortDelay.identifier}
     holdout = holdout and late.undone(holdout)
     design = Design.make(recordings, model, robot, holdout, library, settings, step)
-    return _searched(design, model, keep_all, without, step)
+    beside = _searched(design, model, keep_all, without, step)
+    # A delay that leaves something unknown beside it may only look like that.
+    return found if beside.verdict == 'unknown_structure' else beside
 
 
 def _searched(

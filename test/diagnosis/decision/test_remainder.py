@@ -171,7 +171,10 @@ def test_a_sticky_place_is_not_called_friction_that_follows_a_wave(sticky):
     joint = replace(shaft.joints['joint'], friction=coulomb_viscous(1.0, 0.3))
     model = replace(shaft, joints={'joint': joint})
     found = diagnose([recording(('joint',), t, q, effort)], model)
-    assert {cause.effect for cause in found.causes} == {'position_dependent_friction'}
+    # Of an unknown structure names are of parts, and what is left of it may look like more.
+    named = {cause.effect for cause in found.causes}
+    assert 'position_dependent_friction' in named
+    assert sticky or len(named) == 1
     axes = {axis['axis'] for axis in found.structure['axes'] if axis['unknown']}
     assert axes == ({'friction by position'} if sticky else set())
     assert found.verdict == ('unknown_structure' if sticky else 'named')
