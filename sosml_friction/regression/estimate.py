@@ -325,7 +325,7 @@ class Linear:
         noise = covariance @ data @ covariance * ratio
         tolerance = self._by_tolerance(covariance, wide)
         within = covariance * (UNIFORM * wide.prior_weight())
-        others = within @ covariance
+        others = within @ covariance.T
         for moved in (
             self._beyond(x, named, scores.sum(axis=0)),
             self._by_reversals(x, wide.Z, left, named, covariance),
