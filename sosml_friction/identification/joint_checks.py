@@ -31,6 +31,7 @@ from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_delay import LARGEST_S
+from sosml_friction.model.terms.gravity import HEAVIER
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.kernels import runs
 
@@ -56,10 +57,10 @@ _WELL, _FAR = 0.5, 1.0 / 3.0
 #: of a tenth of the samples and more at most 0.31, three quarters of them (as in
 #: test_one_sign_by_right_is_never_taken_for_a_lost_one).
 _SIGNED = 0.75
-#: Masses of a URDF, a payload that it lacks included, are off by less than the first factor as a
-#: rule, and by less than the second always. Chosen, no measurement: A for Nm is 8 to 12 for a
-#: UR10e, V for N 35 for the EMPS axis.
-_MASSES, _OTHER_UNIT = 3.0, 6.0
+#: Masses of a URDF, a payload that it lacks included, are off by less than ``HEAVIER`` as a rule,
+#: and by less than this always. Chosen, no measurement: A for Nm is 8 to 12 for a UR10e, V for N
+#: 35 for the EMPS axis.
+_OTHER_UNIT = 6.0
 #: Scales of gravity and of inertia differ by less than this factor if both are one of the effort.
 _ALIKE = 2.0
 #: Separate motions in each direction that a turned sign must be seen in.
@@ -363,7 +364,7 @@ def _told(robot: Robot, i: int, effort: EffortRelation) -> list[DataFinding]:
             '(offset in the mapping), or correct the URDF'
         )
         found.append(DataFinding('position_zero', name, WARNING, what))
-    elif effort.tells and (far or not 1.0 / _MASSES < scale < _MASSES):
+    elif effort.tells and (far or not 1.0 / HEAVIER < scale < HEAVIER):
         what = (
             f'the effort of joint {name} is {_scale(scale, effort.error)} times what the bodies '
             f'of its URDF need to move as they did: by that scale {_percent(effort.free)} of it '

@@ -21,7 +21,8 @@ from sosml_friction.regression.noise_model import ORDER
 #: of nine does: a gap is named that is else not seen.
 STILL = 0.02
 #: A joint that goes on as slowly for so many displacements of its sign does not rest. Between the
-#: creep of the emulator, 4.5 at most, and plateaus of 10 mm/s of a slide, 41 and more.
+#: creep of the emulator, 4.5 at most, and plateaus of 10 mm/s of a slide, 41 and more (no command
+#: prints these; ``test/regression/test_rests.py`` has a joint of either kind).
 _ON = 10.0
 #: A standstill of more cycles of the band and more time [s] than these is a stop; a shorter one is
 #: a reversal in passing. Halved and doubled, no answer of ``python -m validation.sensitivity

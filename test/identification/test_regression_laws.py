@@ -97,6 +97,7 @@ def test_the_band_of_a_law_beside_load_holds_the_curve_as_often_as_it_says(strib
         half = band(law, v)
         inside += np.abs(fitted_law(law).torque(v) - truth) <= half
         assert (half < 0.05 * np.abs(truth)).all()
+    print(f'S {stribeck:g}: the band holds friction in {inside.astype(int)} of {count}')
     assert (inside >= binom.ppf(1e-3, count, 0.95)).all()
 
 

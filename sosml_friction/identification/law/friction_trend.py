@@ -10,9 +10,10 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.identification.law.jackknife import t_95
-from sosml_friction.identification.law.law_checks import CHANCE, MATTERS, LawCheck
+from sosml_friction.identification.law.law_checks import MATTERS, LawCheck
 from sosml_friction.identification.law.law_problem import LawSolution
 from sosml_friction.identification.law.law_search import LawSearch
+from sosml_friction.regression.chance import CHANCE
 
 TREND = 'trend'
 
@@ -70,7 +71,9 @@ def friction_trend(search: LawSearch, clusters: IndexArray) -> FrictionTrend | N
         if plain[-1] - cost <= search.knee_limit:
             law, (factors, C, _, _) = search.plain, plain
     columns = shapes * _friction(search, law)[:, None]
-    root = np.linalg.cholesky(C)
+    variance, axes = np.linalg.eigh(C)
+    # Of few clusters one of them may be none, but for rounding.
+    root = axes * np.sqrt(np.maximum(variance, 0.0))
     return FrictionTrend(
         float(factors[0]), float(np.sqrt(C[0, 0])), columns @ factors, columns @ root
     )
@@ -86,9 +89,9 @@ def _beside(
     search: LawSearch, law: LawSolution, shapes: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
     """
-    Return what friction of a law is multiplied with beside it: factors (M,) of ``shapes``.
+    Fit the friction of a law times ``shapes`` (K, M) beside its parameters.
 
-    Besides their covariance, degrees of freedom, and the cost.
+    Return the factors (M,), their covariance and degrees of freedom, and the cost.
     """
     columns = shapes * _friction(search, law)[:, None]
     factors, C, freedom, left = search.problem.beside(law, search.found(law), columns)

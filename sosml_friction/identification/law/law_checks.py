@@ -14,13 +14,12 @@ from sosml_friction.identification.number_text import rounded
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.model.terms.nonlinear_viscous import power_of_speed
+from sosml_friction.regression.chance import CHANCE
 
 DISSIPATION = 'dissipation'
 ODD_EVEN = 'odd_even'
 KNEE = 'knee'
 BEND = 'bend'
-#: Chance below which a part that changes with speed is not taken for noise.
-CHANCE = 0.01
 #: Smaller than this share of friction it does not matter.
 MATTERS = 0.02
 

@@ -14,7 +14,6 @@ from scipy.stats import f as f_distribution
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError, MotionError
-from sosml_friction.identification.law.law_checks import CHANCE
 from sosml_friction.identification.law.law_form import ALPHAS, LawForm
 from sosml_friction.identification.law.law_problem import (
     EXPONENT,
@@ -25,6 +24,7 @@ from sosml_friction.identification.law.law_problem import (
 )
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS
 from sosml_friction.model.terms.nonlinear_viscous import POWERS, NonlinearViscous
+from sosml_friction.regression.chance import CHANCE
 from sosml_friction.regression.rival import rival_probability
 from sosml_friction.regression.signals import WIDEST_SIGN
 

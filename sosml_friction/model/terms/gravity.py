@@ -19,7 +19,7 @@ from sosml_friction.model.terms.kinds.term import Inner
 _STATES = 50
 #: Bodies weigh this many times what the model says at most, and have as many times its inertia: a
 #: limb or a load of twice their own weight may hang there. Chosen, no measurement.
-_HEAVIER = 3.0
+HEAVIER = 3.0
 
 
 class Gravity(BodyTerm):
@@ -65,10 +65,10 @@ class Gravity(BodyTerm):
             body.add(change, float(size))
         changed = robot.changed(body.inertias, body.rotors, body.gravity)
         q = np.median(fit.signals.q, axis=0)
-        most = _HEAVIER * _most(robot, fit.joint, q)
+        most = HEAVIER * _most(robot, fit.joint, q)
         # A model without masses says nothing of them.
         if 0.0 < most < _moment(changed, fit.joint, q):
-            return f'what hangs on the joint would weigh over {_HEAVIER:g} times as much'
+            return f'what hangs on the joint would weigh over {HEAVIER:g} times as much'
         return ''
 
 

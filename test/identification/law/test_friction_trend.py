@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction of a joint that warms up: it is told, and the law is its mean."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -90,3 +92,14 @@ def test_the_trend_of_each_recording_is_in_the_errors_of_several():
     assert stack.trending.shape == (2 * count, 2)
     assert np.array_equal(stack.trending[:count], warm.trending)
     assert not stack.trending[count:].any()
+
+
+def test_recordings_without_friction_or_noise_have_no_trend_and_break_nothing():
+    """Its columns are nothing, or what is left is rounding: the covariance is singular."""
+    rows, _ = recorded(sines, 0.0, 5)
+    clean = C * np.sign(rows.v) + B * rows.v
+    for y in (clean, 1e-12 * clean, np.random.default_rng(1).normal(0.0, 0.01, len(rows.v))):
+        fit = replace(rows, y=y).with_trend().fit('Nm')
+        assert np.isfinite(fit.residual_std)
+    falling = clean * (1.0 - 0.2 * np.arange(len(clean)) / len(clean))
+    assert len(trends(replace(rows, y=falling).with_trend().fit('Nm'))) == 1
