@@ -2,22 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags that are not MCAP: rosbag2 in SQLite, and ROS 1, which the library rosbags reads."""
 
+import shutil
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
+from itertools import chain
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.bag_metadata import as_mapping, read_metadata, refuse_compressed_messages
-from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.bags.joint_state_layout import FIELDS
 from sosml_friction.bags.message_definitions import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
 from sosml_friction.bags.recorder import BagRecorder
-from sosml_friction.bags.serialization import stamp_ns
 from sosml_friction.bags.stand_in import refuse_stand_in
 from sosml_friction.exceptions import BagError
 
@@ -43,32 +37,37 @@ def copy_bag(source: Path, destination: Path) -> Path:
     """
     Write another bag as the bag ``destination``.
 
-    From rosbag2 it takes the tags, and the messages of all types that are read of bags, byte for
-    byte. From ROS 1 it takes joint_states, or else the only topic of that type, and the
-    robot_description.
+    It takes the tags, and the messages of all types that are read of bags: of rosbag2 byte for
+    byte, of ROS 1 as their counterparts.
 
-    :raises BagError: if the bag cannot be read or has no such topic, or is of ROS 1 and rosbags is
-        not installed.
+    :raises BagError: if the bag cannot be read or has no such message, or is of ROS 1 and rosbags
+        is not installed.
     :raises DataError: if a file of it was not fetched.
     """
-    for file in other_files(source):
+    files = other_files(source)
+    for file in files:
         refuse_stand_in(file)
-    if source.suffix == '.bag':
-        log, description = _read_ros1(source)
-        return write_joint_log(log, destination, description)
-    information = read_metadata(source if source.is_dir() else source.parent) or {}
+    is_ros1 = source.suffix == '.bag'
+    folder = source if source.is_dir() else source.parent
+    information = {} if is_ros1 else read_metadata(folder) or {}
     refuse_compressed_messages(source, [information])
-    with BagRecorder(destination, as_mapping(information.get('custom_data'))) as recorder:
-        for file in other_files(source):
-            for topic, type_name, stamp, cdr in _messages(file):
+    read = _ros1_messages if is_ros1 else _messages
+    recorder = BagRecorder(destination, as_mapping(information.get('custom_data')))
+    try:
+        with recorder:
+            for topic, type_name, stamp, cdr in chain.from_iterable(map(read, files)):
                 recorder.add_topic(topic, type_name)
                 recorder.write(topic, cdr, stamp)
-        if not recorder.message_count:
-            has = ', '.join(f'{n} ({kind})' for f in other_files(source) for n, kind in _topics(f))
-            raise BagError(
-                f'{source} holds no message of type {JOINT_STATE}: it has {has or "no topic"}; '
-                'record joint_states'
-            )
+            if not recorder.message_count:
+                has = '' if is_ros1 else ', '.join(map(_topics, files))
+                raise BagError(
+                    f'{source} holds no message of type {JOINT_STATE}: it has '
+                    f'{has or "no such topic"}; record joint_states'
+                )
+    except BaseException:
+        # A part of it would look whole.
+        shutil.rmtree(destination)
+        raise
     return destination
 
 
@@ -88,60 +87,29 @@ def _messages(file: Path) -> Iterator[tuple[str, str, int, bytes]]:
         ) from error
 
 
-def _topics(file: Path) -> list[tuple[str, str]]:
-    """Return name and type of the topics of a file."""
+def _topics(file: Path) -> str:
+    """Return name and type of the topics of a file, for a sentence."""
     with closing(sqlite3.connect(f'{file.resolve().as_uri()}?mode=ro', uri=True)) as base:
-        return list(base.execute('SELECT name, type FROM topics'))
+        found = base.execute('SELECT name, type FROM topics')
+        return ', '.join(f'{name} ({kind})' for name, kind in found)
 
 
-def _read_ros1(source: Path) -> tuple[JointLog, str | None]:
+def _ros1_messages(file: Path) -> Iterator[tuple[str, str, int, bytes]]:
+    """Yield what :func:`_messages` does of a bag of ROS 1."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise BagError(
-            f'{source} is a bag of ROS 1, and rosbags, which reads it, is not installed: pip '
+            f'{file} is a bag of ROS 1, and rosbags, which reads it, is not installed: pip '
             'install rosbags'
         ) from None
+    types = get_typestore(Stores.ROS2_JAZZY)
     try:
-        with AnyReader([source], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-            states = [c for c in reader.connections if c.msgtype == JOINT_STATE]
-            topics = sorted({c.topic for c in states})
-            named = [topic for topic in topics if topic.endswith('joint_states')] or topics
-            if len(named) != 1:
-                raise BagError(
-                    f'{source} has {len(named)} topics of type {JOINT_STATE} '
-                    f"({', '.join(named) or 'none'}): record one robot's joint_states"
-                )
-            chosen = [c for c in states if c.topic == named[0]]
-            messages: list[Any] = [
-                reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages(chosen)
-            ]
-            described = [
-                c
-                for c in reader.connections
-                if c.msgtype == STRING and c.topic.endswith('robot_description')
-            ]
-            texts: list[Any] = [
-                reader.deserialize(raw, c.msgtype)
-                for c, _, raw in (reader.messages(described) if described else ())
-            ]
-    except BagError:
-        raise
+        with AnyReader([file]) as reader:
+            wanted = [c for c in reader.connections if c.msgtype in _TYPES]
+            for c, stamp, raw in reader.messages(wanted) if wanted else ():
+                yield c.topic, c.msgtype, stamp, bytes(types.ros1_to_cdr(raw, c.msgtype))
     # A damaged bag fails anywhere inside the library.
     except Exception as error:
-        raise BagError(f'{source} is no readable bag: {" ".join(str(error).split())}') from error
-    if not messages:
-        raise BagError(f'{source} has no messages on {named[0]}: record it again')
-    names = tuple(dict.fromkeys(name for message in messages for name in message.name))
-    arrays = {quantity: np.full((len(messages), len(names)), np.nan) for quantity in FIELDS}
-    t_ns: IndexArray = np.empty(len(messages), dtype=np.int64)
-    for k, message in enumerate(messages):
-        t_ns[k] = stamp_ns(message.header.stamp)
-        columns = [names.index(name) for name in message.name]
-        for quantity, array in arrays.items():
-            values: FloatArray = np.asarray(getattr(message, quantity), dtype=np.float64)
-            if len(values) == len(columns):
-                array[k, columns] = values
-    q, v, tau = arrays.values()
-    return JointLog(names, t_ns, q, v, tau), str(texts[-1].data) if texts else None
+        raise BagError(f'{file} is no readable bag: {" ".join(str(error).split())}') from error

@@ -86,7 +86,12 @@ def test_a_bag_of_ros_1_is_read(tmp_path):
             header = kinds['std_msgs/msg/Header'](seq=k, stamp=stamp, frame_id='')
             message = kinds[name](header, ['a', 'b'], q, np.array([]), 2.0 * q)
             writer.write(states, 2 + k, store.serialize_ros1(message, name))
+        name = 'sensor_msgs/msg/Temperature'
+        header = kinds['std_msgs/msg/Header'](seq=0, stamp=stamp, frame_id='b')
+        warm = writer.add_connection('/joint_temperatures', name, typestore=store)
+        writer.write(warm, 9, store.serialize_ros1(kinds[name](header, 30.5, 0.0), name))
     log = Bag.open(tmp_path / 'x.bag').joint_log()
+    assert log.temperature[-1, 1] == 30.5
     np.testing.assert_array_equal(log.q, Q)
     np.testing.assert_array_equal(log.tau, 2.0 * Q)
     assert np.isnan(log.v).all()
@@ -136,6 +141,14 @@ def test_a_damaged_bag_is_one_sentence(sqlite_bag):
     with pytest.raises(BagError, match='is no readable bag') as caught:
         Bag.open(folder)
     assert '\n' not in str(caught.value)
+
+
+def test_a_bag_that_cannot_be_read_to_its_end_leaves_nothing(tmp_path):
+    pytest.importorskip('rosbags.rosbag1')
+    (tmp_path / 'x.bag').write_bytes(b'#ROSBAG V2.0\n' + bytes(4096))
+    with pytest.raises(BagError, match='is no readable bag'):
+        copy_bag(tmp_path / 'x.bag', tmp_path / 'copy')
+    assert not (tmp_path / 'copy').exists()
 
 
 def test_a_bag_without_joint_states_is_told(sqlite_bag):
