@@ -3,8 +3,7 @@
 """Figures as files of their own, for a paper, a talk or another program."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from io import BytesIO
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures_of
 from sosml_friction.report.common.output import csv_text, refused
 
 #: The folder of the figures, in that of the report.
 FOLDER = 'figures'
 _COLUMNS = ('panel', 'x_label', 'y_label', 'series', 'x', 'y', 'low', 'high')
-
-
-def _saved(figure: Figure, kind: str) -> bytes:
-    stream = BytesIO()
-    figure.savefig(stream, format=kind)
-    return stream.getvalue()
 
 
 def figure_csv(figure: Figure) -> str:
@@ -40,7 +32,7 @@ def figure_csv(figure: Figure) -> str:
     """
     known = dict(_legend(figure))
     rows = (
-        [panel, axes.get_xlabel(), axes.get_ylabel(), series, *map(_text, row)]
+        [panel, axes.get_xlabel(), axes.get_ylabel(), series, *map(float, row)]
         for panel, axes in enumerate(figure.axes, 1)
         for series, *numbers in _series(axes, known)
         for row in zip(*numbers, strict=True)
@@ -48,13 +40,8 @@ def figure_csv(figure: Figure) -> str:
     return csv_text(_COLUMNS, rows)
 
 
-#: The forms of ``--figures``, and what makes each.
-FORMS: Mapping[str, Callable[[Figure], bytes]] = {
-    'png': to_png,
-    'pdf': lambda figure: _saved(figure, 'pdf'),
-    'svg': lambda figure: _saved(figure, 'svg'),
-    'csv': lambda figure: figure_csv(figure).encode(),
-}
+#: The forms of ``--figures``.
+FORMS = ('png', 'pdf', 'svg', 'csv')
 
 
 def check_forms(forms: Sequence[str]) -> tuple[str, ...]:
@@ -88,7 +75,11 @@ def write_figures(
                 stem = re.sub(r'[^\w.-]+', '_', f'{name}_{figure.identifier}'.strip('_'))
                 drawn = figure.draw(view)
                 for form in forms:
-                    (folder / FOLDER / f'{stem}.{form}').write_bytes(FORMS[form](drawn))
+                    file = folder / FOLDER / f'{stem}.{form}'
+                    if form == 'csv':
+                        file.write_text(figure_csv(drawn), encoding='utf-8')
+                    else:
+                        drawn.savefig(file)
     except OSError as error:
         raise refused(folder / FOLDER, error) from error
 
@@ -132,7 +123,3 @@ def _series(axes: Axes, known: Mapping[tuple[str, str, str], str]) -> Iterator[t
         if len(span) != len(x):
             span = np.full((len(x), 2), np.nan)
         yield name, x, y, span[:, 0], span[:, 1]
-
-
-def _text(value: float) -> str:
-    return f'{value:.9g}' if np.isfinite(value) else ''

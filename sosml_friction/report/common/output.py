@@ -4,6 +4,7 @@
 
 import csv
 import json
+import math
 import os
 import shutil
 import signal
@@ -180,9 +181,19 @@ def write_file(path: Path, content: bytes) -> None:
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
-    """Return rows below their heading as CSV, its lines ended as Unix does."""
+    """
+    Return rows below their heading as CSV, its lines ended as Unix does.
+
+    A number has nine digits; what is not known or not finite is empty.
+    """
     stream = StringIO()
     writer = csv.writer(stream, lineterminator='\n')
     writer.writerow(head)
-    writer.writerows(rows)
+    writer.writerows(map(_cell, row) for row in rows)
     return stream.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    if not isinstance(value, float):
+        return value
+    return f'{value:.9g}' if math.isfinite(value) else ''

@@ -58,9 +58,9 @@ def html_table(
     """
     columns = _columns(columns)
 
-    def cells(tag: str, texts: Sequence[str], extra: str = '') -> str:
+    def cells(tag: str, texts: Sequence[str]) -> str:
         return ''.join(
-            f'<{tag}{extra}{_class(column.style or ("t" if len(text) > _LONG else ""))}>'
+            f'<{tag}{_class(column.style or ("t" if len(text) > _LONG else ""))}>'
             f'{text if isinstance(text, Markup) else escape(text)}</{tag}>'
             for column, text in zip(columns, texts, strict=True)
         )

@@ -119,21 +119,16 @@ def segments_csv(views: Mapping[str, Sequence[JointView]]) -> str:
     rows = []
     for bag, view in joints:
         for row in segment_rows(view):
-            times = (f'{row.start_s:.4f}', f'{row.end_s:.4f}')
             numbers = [
-                _plain(values.get(observer, math.nan))
+                values.get(observer)
                 for observer in observers
                 for values in (row.levels, row.spreads)
             ]
             rows.append(
                 [
-                    *(bag, view.name, row.number, *times, _plain(row.velocity)),
+                    *(bag, view.name, row.number, row.start_s, row.end_s, row.velocity),
                     *(view.velocity_unit, *numbers, view.effort_unit),
                     *('no' if row.reason else 'yes', row.reason),
                 ]
             )
     return csv_text(head, rows)
-
-
-def _plain(value: float) -> str:
-    return f'{value:.7g}' if math.isfinite(value) else ''

@@ -53,13 +53,6 @@ class FleetRow(NamedTuple):
         row = self._replace(start_ns=None)._asdict()
         return {name: self.date if name == 'date' else row[name] for name in COLUMNS}
 
-    def cells(self) -> list[str]:
-        """Return the row as text, in the order of ``COLUMNS``."""
-        numbers = (self.value, self.low, self.high, self.std_error)
-        shown = ['' if x is None else f'{x:.6g}' for x in numbers]
-        where = [self.robot, self.joint, self.recording, self.date, self.quantity]
-        return [*where, *shown, self.unit, self.told]
-
 
 def failed_row(recording: str, why: str) -> FleetRow:
     """Return the row of a recording of which nothing was found."""
@@ -137,7 +130,7 @@ def drifts(rows: Iterable[FleetRow]) -> dict[tuple[str, str, str, str], Drift]:
 
 def rows_csv(rows: Sequence[FleetRow]) -> str:
     """Return the rows as CSV with a header."""
-    return csv_text(COLUMNS, (row.cells() for row in rows))
+    return csv_text(COLUMNS, (row.to_dict().values() for row in rows))
 
 
 #: Columns of the terminal's table.

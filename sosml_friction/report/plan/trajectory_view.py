@@ -89,5 +89,4 @@ def trajectory_csv(planned: PlannedTrajectory) -> str:
             f'{name} rigid-body effort [{unit}]',
         ]
         columns += [loads.q[:, i], loads.v[:, i], loads.a[:, i], loads.tau[:, i]]
-    rows = np.column_stack(columns).tolist()
-    return csv_text(header, ([f'{x:.9g}' for x in row] for row in rows))
+    return csv_text(header, np.column_stack(columns).tolist())
