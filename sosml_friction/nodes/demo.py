@@ -7,13 +7,10 @@ import shutil
 import signal
 import socket
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-import rclpy
-from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
 from sosml_friction.exceptions import ConfigurationError
@@ -21,12 +18,12 @@ from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.demo_client import DemoClient
 from sosml_friction.nodes.node_process import NodeProcess
-from sosml_friction.nodes.run import make_executor
-from sosml_friction.report.common.output import to_json
+from sosml_friction.nodes.run import plain_node
+from sosml_friction.report.common.output import check_output_folder, to_json
 from sosml_friction.report.common.progress import Step, progress
 from sosml_friction.report.common.table import print_table
 from sosml_friction.report.common.tables import parameter_table
-from sosml_friction.report.fit.results import FILES, check_destination, fit_document, write_results
+from sosml_friction.report.fit.results import KIND, fit_document, write_results
 from sosml_friction.share import share_directory
 
 #: What the chain writes into the demo's folder, and so may replace.
@@ -62,7 +59,7 @@ def run_demo(output: Path, seed: int = 0, json: bool = False) -> int:
     :raises ConfigurationError: if ``output`` holds something else or cannot be written.
     :raises ActuatorError: if a node ends or does not answer.
     """
-    check_destination(output, (RUN, LOGS))
+    check_output_folder(output, KIND, (RUN, LOGS))
     truth = read_model(share_directory() / 'config' / 'emulated_exoskeleton')
     with progress('the demonstration: about a minute and a half') as bar:
         shown = ''
@@ -75,7 +72,7 @@ def run_demo(output: Path, seed: int = 0, json: bool = False) -> int:
             bar(what, share)
 
         # An interrupted demo must not leave an old report beside a new recording.
-        for name in FILES:
+        for name in KIND.files:
             (output / name).unlink(missing_ok=True)
         run = run_chain(output, seed, step)
         step('drawing the report')
@@ -129,7 +126,8 @@ def run_chain(
     with ExitStack() as stack:
         stack.enter_context(_terminable())
         processes: list[NodeProcess] = []
-        client = stack.enter_context(_client(processes, step))
+        node, executor = stack.enter_context(plain_node('demo'))
+        client = DemoClient(node, executor, processes, step)
         client.require_no_driver()
         step('starting the emulated exoskeleton')
         for name, parameters in nodes.items():
@@ -143,21 +141,6 @@ def run_chain(
         client.await_end()
         client.call(SetBool, 'driver_node/enable', SetBool.Request(data=False))
     return output / RUN
-
-
-@contextmanager
-def _client(processes: Sequence[NodeProcess], step: Step) -> Iterator[DemoClient]:
-    # Ctrl-C is this process's own to handle: rclpy's handler would only end the context.
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = Node('demo')
-    try:
-        executor = make_executor()
-        executor.add_node(node)
-        yield DemoClient(node, executor, processes, step)
-        executor.remove_node(node)
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
 
 
 @contextmanager

@@ -7,7 +7,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import rclpy
@@ -32,6 +33,22 @@ def make_executor() -> Executor:
     except ImportError:
         return SingleThreadedExecutor()
     return EventsExecutor()
+
+
+@contextmanager
+def plain_node(name: str, namespace: str = '') -> Iterator[tuple[Node, Executor]]:
+    """Yield a node and its executor for a program that is no node itself, and end both with it."""
+    # Ctrl-C is the program's own to handle: rclpy's handler would only end the context.
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    node = Node(name, namespace=namespace)
+    try:
+        executor = make_executor()
+        executor.add_node(node)
+        yield node, executor
+        executor.remove_node(node)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
 
 
 def stop_requested() -> bool:

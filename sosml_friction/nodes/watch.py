@@ -6,16 +6,13 @@ import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from functools import partial
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from rclpy.executors import Executor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from rich.console import Group, RenderableType
 from rich.live import Live
 from rich.text import Text
@@ -24,6 +21,7 @@ from sensor_msgs.msg import JointState
 from sosml_friction.identification.number_text import format_number
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN
+from sosml_friction.nodes.run import plain_node
 from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.table import terminal_table
 
@@ -139,29 +137,21 @@ def run_watch(
     """
     live = sys.stdout.isatty() if live is None else live
     heard = Heard()
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    node = Node('sosml_watch', namespace=namespace)
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    for topic in _TOPICS:
-        node.create_subscription(JointState, topic, partial(heard.take, topic), _NEWEST)
-    node.create_subscription(DiagnosticArray, '/diagnostics', heard.on_diagnostics, _NEWEST)
-    end = math.inf if seconds is None else time.monotonic() + seconds
-    try:
-        with Live(heard.table(), refresh_per_second=_REFRESH) if live else nullcontext() as shown:
+    screen = Live(heard.table(), refresh_per_second=_REFRESH) if live else nullcontext()
+    with suppress(KeyboardInterrupt), plain_node('sosml_watch', namespace) as (node, executor):
+        for topic in _TOPICS:
+            node.create_subscription(JointState, topic, partial(heard.take, topic), _NEWEST)
+        node.create_subscription(DiagnosticArray, '/diagnostics', heard.on_diagnostics, _NEWEST)
+        end = math.inf if seconds is None else time.monotonic() + seconds
+        with screen as shown:
             while time.monotonic() < end:
                 _listen(executor)
                 if shown is not None:
                     shown.update(heard.table())
-    except KeyboardInterrupt:
-        pass
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
     return heard
 
 
-def _listen(executor: SingleThreadedExecutor) -> None:
+def _listen(executor: Executor) -> None:
     """Take all that comes until the table is drawn anew."""
     end = time.monotonic() + 1.0 / _REFRESH
     while (left := end - time.monotonic()) > 0.0:

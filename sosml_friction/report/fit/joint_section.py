@@ -16,7 +16,7 @@ from sosml_friction.identification.number_text import (
 from sosml_friction.report.common.drawing import is_crowded
 from sosml_friction.report.common.figure import METHOD, pictures
 from sosml_friction.report.common.html_page import folded, heading, items, paragraph
-from sosml_friction.report.common.labels import fit_label, observer_label, symbols_of
+from sosml_friction.report.common.labels import fit_label, observer_label, pairs_text, symbols_of
 from sosml_friction.report.common.table import html_table
 from sosml_friction.report.fit.findings import (
     derived_sentence,
@@ -29,14 +29,6 @@ from sosml_friction.report.fit.segment_rows import segment_table
 
 #: In the place of figures of a page that would be too large with them.
 _ELSEWHERE = 'The figures of observers side by side are written by sosml fit --figures png.'
-#: What a method calls the pairs it fits to.
-_PAIRS = {
-    'segments': 'levels',
-    'samples': 'samples',
-    'weak': 'means',
-    'regression': 'rows beside the rigid body',
-    'output_error': 'simulated samples',
-}
 
 
 def joint_section(view: JointView) -> str:
@@ -92,8 +84,8 @@ def parameter_table(fits: Mapping[str, JointFit], view: JointView) -> str:
             label = ''
     quality = '; '.join(
         f'{observer_label(observer)}: residual {rounded(fit.fit.residual_std)} {fit.unit} '
-        f'({rounded(fit.fit.relative_error)} %) over {fit.fit.pairs} '
-        f'{_PAIRS[fit.method]} in {fit.fit.clusters} independent pieces'
+        f'({rounded(fit.fit.relative_error)} %) over {pairs_text(fit.method, fit.fit.pairs)}, in '
+        f'{fit.fit.clusters} independent pieces'
         for observer, fit in fits.items()
     )
     return html_table(columns, rows) + paragraph(f'{quality}.')

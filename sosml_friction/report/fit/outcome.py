@@ -23,6 +23,7 @@ from sosml_friction.identification.several.bags_analysis import BagsAnalysis, an
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.report.common.figure_files import write_figures
+from sosml_friction.report.common.output import check_output_folder
 from sosml_friction.report.common.tables import summary_blocks
 from sosml_friction.report.fit import results
 from sosml_friction.report.fit.findings import shared_sentences, simulation_lines
@@ -149,7 +150,7 @@ def run_fit(
             f'{"--role" if roles else "--own-bias"} says how several bags are put together, and '
             'one is given: give the others too, or leave it out'
         )
-    folder = results.check_destination(out or Path(f'{bag_name(bags[0])}_fit'))
+    folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_fit'), results.KIND)
     known = None if truth is None else read_model(truth)
     names = Bag.open(bags[0], namespace).joint_log().names if effort_hold else ()
     how |= {'namespace': namespace, 'effort_hold': parse_effort_hold(effort_hold, names)}

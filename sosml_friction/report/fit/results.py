@@ -24,13 +24,17 @@ from sosml_friction.report.fit.joint_view import JointView, joint_views
 from sosml_friction.report.fit.segment_rows import segments_csv
 
 FORMAT = 'sosml_friction/fit/1'
-FILES = ('robot.urdf', 'model.yaml', 'report.html', 'fit.json', 'segments.csv')
 #: What is said of the law of a joint that has no fit to all recordings at once.
 _NO_FIT: dict[str, Any] = {
     'derived': {}, 'checks': [], 'relative_error': None, 'residual_std': None, 'pairs': 0,
     'clusters': 0,
 }  # fmt: skip
-_KIND = OutputKind('fit', 'fit.json', FORMAT, FILES)
+KIND = OutputKind(
+    'fit',
+    'fit.json',
+    FORMAT,
+    ('robot.urdf', 'model.yaml', 'report.html', 'fit.json', 'segments.csv'),
+)
 
 
 def fit_document(
@@ -171,15 +175,6 @@ def figure_views(
         yield 'fit', {f'{bag}_{view.name}': view for view in joint_views(one, truth)}
 
 
-def check_destination(folder: str | Path, beside: Collection[str] = ()) -> Path:
-    """
-    Return ``folder`` if results may be written there: it is absent, empty, or holds a fit.
-
-    :raises ConfigurationError: if it is a file or holds something else.
-    """
-    return check_output_folder(folder, _KIND, beside)
-
-
 def write_results(
     folder: str | Path,
     analysis: BagAnalysis | BagsAnalysis,
@@ -196,19 +191,19 @@ def write_results(
 
     :param extra: more rows of provenance for the report, heading to text.
     :param progress: called with the name of each joint before its pictures are drawn.
-    :param beside: see :func:`check_destination`.
+    :param beside: see :func:`~sosml_friction.report.common.output.check_output_folder`.
     :raises ConfigurationError: if the folder holds something else or cannot be written.
     """
-    folder = check_destination(folder, beside)
+    folder = check_output_folder(folder, KIND, beside)
     if isinstance(analysis, BagsAnalysis):
         page, bags = render_bags_report(analysis, truth, extra, progress), dict(analysis.bags)
     else:
         page = render_report(analysis, truth, extra, progress)
         bags = {str(analysis.model.provenance.get('bag')): analysis}
     document = fit_document(analysis, truth)
-    with written_together(folder, _KIND) as workshop:
+    with written_together(folder, KIND) as workshop:
         analysis.model.write(workshop)
-        write_result(workshop, _KIND, document, page)
+        write_result(workshop, KIND, document, page)
         table = segments_csv({label: joint_views(one) for label, one in bags.items()})
         (workshop / 'segments.csv').write_text(table, encoding='utf-8')
     return folder

@@ -30,8 +30,8 @@ from sosml_friction.report.common.output import (
 from sosml_friction.report.common.table import html_table, terminal_table
 
 FORMAT = 'sosml_friction/term_fit/1'
-FILES = ('robot.urdf', 'model.yaml', 'report.html', 'fit.json')
-KIND = OutputKind('fit of terms', 'fit.json', FORMAT, FILES)
+_FILES = ('robot.urdf', 'model.yaml', 'report.html', 'fit.json')
+KIND = OutputKind('fit of terms', 'fit.json', FORMAT, _FILES)
 
 
 COLUMNS = {

@@ -19,7 +19,7 @@ from sosml_friction.identification.several.bag_roles import BagRole
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.plain_document import to_plain
-from sosml_friction.report.common.output import to_json
+from sosml_friction.report.common.output import check_output_folder, to_json
 from sosml_friction.report.fit import results
 
 SCHEMA = Path(__file__).resolve().parents[3] / 'docs' / 'schema' / 'fit.schema.json'
@@ -127,7 +127,7 @@ def test_a_result_becomes_what_it_says_and_another_dataclass_its_fields():
 
 def test_all_files_are_written_and_the_model_can_be_loaded(analysis, truth, tmp_path):
     folder = results.write_results(tmp_path / 'new' / 'fit', analysis, truth)
-    assert sorted(p.name for p in folder.iterdir()) == sorted(results.FILES)
+    assert sorted(p.name for p in folder.iterdir()) == sorted(results.KIND.files)
     model = read_model(folder)
     law = model.joints['shoulder'].friction.make_law()
     assert (
@@ -161,7 +161,7 @@ def test_a_folder_of_something_else_is_refused_and_kept(analysis, tmp_path, cont
 def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path):
     (tmp_path / 'fit').write_text('')
     with pytest.raises(ConfigurationError, match='not the result'):
-        results.check_destination(tmp_path / 'fit')
+        check_output_folder(tmp_path / 'fit', results.KIND)
 
 
 def test_an_interruption_leaves_nothing(analysis, tmp_path):
