@@ -239,8 +239,12 @@ class Bag:
         for log_time_ns, cdr in self.messages(name):
             yield log_time_ns, self._decode(name, log_time_ns, cdr)
 
-    def _decodable(self, topic: str) -> Topic:
+    def _decodable(self, topic: str, type_name: str = '') -> Topic:
+        """Return a topic, which is of that type, if one is given, and can be decoded."""
         entry = self._topics[topic]
+        actual = entry.type_name or 'topic of unknown type'
+        if type_name and actual != type_name:
+            raise BagError(f'{topic} in {self.path} is a {actual}: a {type_name} is needed')
         if entry.encoding != 'cdr':
             raise BagError(
                 f'{topic} in {self.path} is encoded as {entry.encoding!r}: only cdr, which ROS 2 '
@@ -319,7 +323,7 @@ class Bag:
         topic = self._find('joint_trajectory')
         if topic is None:
             return []
-        self._require_type(topic, TRAJECTORY)
+        self._decodable(topic, TRAJECTORY)
         found = []
         for log_time_ns, message in self.decoded(topic):
             points, n = message.points, len(message.joint_names)
@@ -357,16 +361,11 @@ class Bag:
         topic = self._find(topic_suffix)
         if topic is None:
             return None
-        self._require_type(topic, STRING)
-        entry = self._decodable(topic)
-        place = (int(column[-1]) for column in entry.places)
-        with closing(MessageStore(self._regions)) as store:
-            last = store.fetch(*place)
+        self._decodable(topic, STRING)
+        *_, (log_time_ns, last) = self.messages(topic)
         # Without rclpy, which takes longer to import than many a bag to read.
         text = plain_string(last)
-        if text is None:
-            text = str(self._decode(topic, int(entry.log_time_ns[-1]), last).data)
-        return text
+        return str(self._decode(topic, log_time_ns, last).data) if text is None else text
 
     def _in_namespace(self) -> dict[str, Topic]:
         """Return the topics of the chosen namespace, or all."""
@@ -409,11 +408,6 @@ class Bag:
             for name, entry in self._topics.items()
         )
 
-    def _require_type(self, topic: str, type_name: str) -> None:
-        actual = self._topics[topic].type_name or 'topic of unknown type'
-        if actual != type_name:
-            raise BagError(f'{topic} in {self.path} is a {actual}: a {type_name} is needed')
-
     def _joint_state_topic(self, topic: str | None) -> str:
         chosen = self._find('joint_states') if topic is None else self._known(topic)
         if chosen is None:
@@ -431,8 +425,7 @@ class Bag:
             raise BagError(
                 f'{self.path} has no messages on joint_states{within}: it has {self._topic_list()}'
             )
-        self._require_type(chosen, JOINT_STATE)
-        if not len(self._topics[chosen]):
+        if not len(self._decodable(chosen, JOINT_STATE)):
             raise BagError(f'{chosen} in {self.path} has no messages: record it again')
         return chosen
 
@@ -440,8 +433,7 @@ class Bag:
         self, topic: str, quantities: Sequence[str]
     ) -> tuple[IndexArray, tuple[str, ...], list[FloatArray]]:
         """Return stamps (N,), names of n joints, and (N, n) of each quantity, NaN if absent."""
-        self._require_type(topic, JOINT_STATE)
-        entry = self._decodable(topic)
+        entry = self._decodable(topic, JOINT_STATE)
 
         def decode(row: int, cdr: bytes) -> Any:
             return self._decode(topic, int(entry.log_time_ns[row]), cdr)
@@ -499,9 +491,8 @@ class Bag:
             topic = self._find('joint_temperatures')
         if topic is None:
             return None
-        self._require_type(topic, TEMPERATURE)
+        self._decodable(topic, TEMPERATURE)
         measured: dict[str, tuple[list[int], list[float]]] = {}
-        self._decodable(topic)
         for log_time_ns, cdr in self.messages(topic):
             plain = plain_temperature(cdr)
             if plain is None:
