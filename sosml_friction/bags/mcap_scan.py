@@ -56,15 +56,21 @@ _COMPRESSIONS = (b'', b'zstd', b'lz4')
 
 @dataclass
 class MessageIndex:
-    """Where the messages of one channel are: parallel arrays, in the order of the file."""
+    """Where the messages of a file are: parallel arrays, in the order of the file."""
 
-    region: array[int] = field(default_factory=lambda: array('L'))
+    channel: array[int] = field(default_factory=lambda: array('Q'))
+    region: array[int] = field(default_factory=lambda: array('Q'))
     offset: array[int] = field(default_factory=lambda: array('Q'))
     length: array[int] = field(default_factory=lambda: array('Q'))
     log_time_ns: array[int] = field(default_factory=lambda: array('Q'))
 
     def __len__(self) -> int:
         return len(self.offset)
+
+    @property
+    def columns(self) -> tuple[array[int], ...]:
+        """Return channel, region, offset, length and log time [ns]."""
+        return self.channel, self.region, self.offset, self.length, self.log_time_ns
 
 
 @dataclass
@@ -84,18 +90,13 @@ class McapScan:
     regions: list[Region]
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
-    messages: dict[int, MessageIndex] = field(default_factory=dict)
+    messages: MessageIndex = field(default_factory=MessageIndex)
     metadata: list[Metadata] = field(default_factory=list)
     damage: list[str] = field(default_factory=list)
     is_cut: bool = False
     read_to: int = 0
     stated: int | None = None
     beyond: bool = False
-
-    @property
-    def count(self) -> int:
-        """Return the number of messages."""
-        return sum(map(len, self.messages.values()))
 
     def type_name(self, channel: Channel) -> str:
         """Return the ``package/msg/Name`` of a channel, or '' where the file does not say."""
@@ -141,10 +142,10 @@ def scan(path: Path, regions: list[Region], beyond: bool = False) -> McapScan:
 
 @dataclass
 class _Content:
-    """The messages of the chunk that was read last: by channel, how many were there before it."""
+    """The messages of the chunk that was read last: how many were there before it."""
 
     base: int
-    before: dict[int, int]
+    before: int
     indexed: set[int] = field(default_factory=set)
 
 
@@ -244,8 +245,7 @@ class _Scanner:
             raise DamagedError('the checksum of a chunk does not match')
         if name:
             self.found.regions.append(chunk)
-        before = {key: len(index) for key, index in self.found.messages.items()}
-        self.content = _Content(begin, before)
+        self.content = _Content(begin, len(self.found.messages))
         listed = self._listed(stop, begin) if whole else _NOTHING
         inner_whole = self._records(content, region, begin, there, end, listed)
         if not whole:
@@ -288,16 +288,15 @@ class _Scanner:
         good = (head['opcode'] == Opcode.MESSAGE) & fits
         good[1:] &= listed[1:] == ends[:-1]
         channel = head['channel']
-        for channel_id in set(channel.tolist()) - set(self.found.messages):
-            good &= channel != channel_id
+        good &= np.isin(channel, list(self.found.channels))
         count = len(good) if good.all() else int(np.argmin(good))
-        for channel_id in sorted(set(channel[:count].tolist())):
-            own = np.flatnonzero(channel[:count] == channel_id)
-            index = self.found.messages[channel_id]
-            index.region.extend([region] * len(own))
-            index.offset.frombytes((listed[own] + _HEAD.itemsize).tobytes())
-            index.length.frombytes((length[own] - _MESSAGE.size).tobytes())
-            index.log_time_ns.frombytes(head['log_time_ns'][own].tobytes())
+        regions = np.full(count, region)
+        rows = (
+            *(channel, regions, listed + _HEAD.itemsize, length - _MESSAGE.size),
+            head['log_time_ns'],
+        )
+        for column, values in zip(self.found.messages.columns, rows, strict=True):
+            column.frombytes(values[:count].astype(np.uint64).tobytes())
         return int(ends[count - 1]) if count else start
 
     def _records(
@@ -343,13 +342,12 @@ class _Scanner:
             if stop - start < _MESSAGE.size:
                 raise DamagedError
             channel_id, _, log_time_ns, _ = _MESSAGE.unpack_from(data, start)
-            index = found.messages.get(channel_id)
-            if index is None:
+            if channel_id not in found.channels:
                 raise DamagedError('a message is of a channel that was not announced')
-            index.region.append(region)
-            index.offset.append(start + _MESSAGE.size)
-            index.length.append(stop - start - _MESSAGE.size)
-            index.log_time_ns.append(log_time_ns)
+            begin = start + _MESSAGE.size
+            row = (channel_id, region, begin, stop - begin, log_time_ns)
+            for column, value in zip(found.messages.columns, row, strict=True):
+                column.append(value)
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             if (other := self._announce(opcode, data[start:stop])) is not None:
                 kind = 'types' if opcode == Opcode.SCHEMA else 'topics'
@@ -366,7 +364,6 @@ class _Scanner:
             schema: Schema = _parse(Schema.read, body)
             return None if self.found.schemas.setdefault(schema.id, schema) == schema else schema
         channel: Channel = _parse(Channel.read, body)
-        self.found.messages.setdefault(channel.id, MessageIndex())
         return None if self.found.channels.setdefault(channel.id, channel) == channel else channel
 
     def _is_message(self, content: _Content | None, start: int, stop: int) -> bool:
@@ -379,7 +376,7 @@ class _Scanner:
             return False
         (channel_id, *_) = _MESSAGE.unpack_from(self.data, start)
         is_index = content is not None and self._is_index(content, start, stop)
-        return channel_id in self.found.messages and not is_index
+        return channel_id in self.found.channels and not is_index
 
     def _message_index(self, start: int, stop: int) -> None:
         """Compare an index of messages with the chunk before it."""
@@ -395,11 +392,11 @@ class _Scanner:
         """Tell whether a record lists the messages of one channel in a chunk as they are."""
         channel_id, length = _INDEX.unpack_from(self.data, start)
         start += _INDEX.size
-        index = self.found.messages.get(channel_id, MessageIndex())
-        before = content.before.get(channel_id, 0)
-        times = np.array(index.log_time_ns[before:], dtype='<u8')
+        index, before = self.found.messages, content.before
+        own = np.array(index.channel[before:]) == channel_id
+        times = np.array(index.log_time_ns[before:])[own]
         # An index points to the frame of a message, and from where its chunk begins.
-        offsets = np.array(index.offset[before:], dtype='<u8')
+        offsets = np.array(index.offset[before:])[own]
         offsets -= np.uint64(content.base + _FRAME.size + _MESSAGE.size)
         if not length == stop - start == 16 * len(times):
             return False
@@ -416,11 +413,7 @@ class _Scanner:
         """See that the indexes behind a chunk, where there are any, are those of all channels."""
         content, self.content = self.content, None
         if content is not None and content.indexed:
-            held = {
-                key
-                for key, index in self.found.messages.items()
-                if len(index) > content.before.get(key, 0)
-            }
+            held = set(self.found.messages.channel[content.before :])
             if held - content.indexed:
                 self._note('lacks the index of a chunk')
 
@@ -481,21 +474,23 @@ class _Scanner:
         found, stated = self.found, self.statistics
         if stated is None:
             return
-        counts = {key: len(index) for key, index in found.messages.items() if len(index)}
+        times = found.messages.log_time_ns
+        counts = enumerate(np.bincount(np.array(found.messages.channel, dtype=np.int64)).tolist())
         own = {key: n for key, n in stated.channel_message_counts.items() if n}
-        if stated.message_count != found.count or (own and own != counts):
+        held = {key: n for key, n in counts if n}
+        if stated.message_count != len(times) or (own and own != held):
             found.damage.append(
-                f'counts {stated.message_count} messages where {found.count} are there'
+                f'counts {stated.message_count} messages where {len(times)} are there'
             )
         elif stated.chunk_count != len(self.chunks):
             found.damage.append(
                 f'counts {stated.chunk_count} chunks where {len(self.chunks)} are there'
             )
-        elif counts:
-            times = [index.log_time_ns for index in found.messages.values() if len(index)]
-            span = (min(map(min, times)), max(map(max, times)))
-            if span != (stated.message_start_time, stated.message_end_time):
-                found.damage.append('states other times than its messages have')
+        elif times and (min(times), max(times)) != (
+            stated.message_start_time,
+            stated.message_end_time,
+        ):
+            found.damage.append('states other times than its messages have')
 
     def _search(self) -> None:
         """Read the chunks behind a damaged place that a checksum shows to be whole, each once."""
@@ -545,15 +540,14 @@ class _Scanner:
 
     def _chunk_or_nothing(self, start: int, stop: int) -> None:
         """Take a chunk, or drop what of it was taken before it proved to be none."""
-        kept = {key: len(index) for key, index in self.found.messages.items()}
+        kept = len(self.found.messages)
         try:
             self._chunk(start, stop)
         except _CutError:
             raise
         except DamagedError:
-            for key, index in self.found.messages.items():
-                for column in (index.region, index.offset, index.length, index.log_time_ns):
-                    del column[kept.get(key, 0) :]
+            for column in self.found.messages.columns:
+                del column[kept:]
             raise
 
     def _announced(self) -> None:

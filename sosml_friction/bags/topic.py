@@ -37,9 +37,10 @@ class Topic:
 
 def merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, Topic]:
     """Join the channels of all files that carry the same topic; two types are a BagError."""
-    parts: dict[str, list[tuple[McapScan, int]]] = {}
+    parts: dict[str, list[IndexArray]] = {}
     kinds: dict[str, tuple[str, str]] = {}
     for found in scans:
+        table = np.array(found.messages.columns, dtype=np.int64)
         for channel_id, channel in found.channels.items():
             kind = (found.type_name(channel), channel.message_encoding)
             if kinds.setdefault(channel.topic, kind) != kind:
@@ -47,14 +48,10 @@ def merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, Topic]:
                     f'{channel.topic} in {path} is both {kinds[channel.topic][0]} and {kind[0]}: '
                     'remap one of the two publishers and record again'
                 )
-            parts.setdefault(channel.topic, []).append((found, channel_id))
+            parts.setdefault(channel.topic, []).append(table[1:, table[0] == channel_id])
     topics = {}
-    for name, channels in parts.items():
-        indexes = [found.messages[channel_id] for found, channel_id in channels]
-        region, offset, length, log_time_ns = (
-            np.concatenate([np.array(getattr(index, what), dtype=np.int64) for index in indexes])
-            for what in ('region', 'offset', 'length', 'log_time_ns')
-        )
+    for name, own in parts.items():
+        region, offset, length, log_time_ns = np.concatenate(own, axis=1)
         # Equal log times keep the order of the file.
         order = np.lexsort((offset, region, log_time_ns))
         topics[name] = Topic(
