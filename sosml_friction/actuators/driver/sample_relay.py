@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Take samples from the cycle and hand them on in a thread of its own, which may hang."""
 
+import queue
 import threading
-from collections import deque
 from collections.abc import Callable
 
 from sosml_friction.actuators.driver.joint_sample import JointSample
@@ -28,21 +28,19 @@ class SampleRelay(threading.Thread):
         self._on_sample = on_sample
         self._on_failure = on_failure
         self._capacity = capacity
-        self._queue: deque[JointSample] = deque()
-        self._wake = threading.Event()
-        self._ended = False
+        self._queue: queue.SimpleQueue[JointSample | None] = queue.SimpleQueue()
         self._failed = False
         self.dropped = 0
         self.error: BaseException | None = None
 
     def put(self, sample: JointSample) -> None:
         """Take one sample; returns at once."""
-        if len(self._queue) >= self._capacity or self.error is not None:
+        waiting = self._queue.qsize()
+        if waiting >= self._capacity or self.error is not None:
             self.dropped += 1
-            self._fail(f'{len(self._queue)} samples wait to be published: the publisher hangs')
+            self._fail(f'{waiting} samples wait to be published: the publisher hangs')
             return
-        self._queue.append(sample)
-        self._wake.set()
+        self._queue.put(sample)
 
     def _fail(self, reason: str) -> None:
         if not self._failed:
@@ -52,21 +50,15 @@ class SampleRelay(threading.Thread):
     def run(self) -> None:
         """Hand samples on until :meth:`stop`; an exception is kept in ``error``."""
         try:
-            while True:
-                self._wake.wait()
-                self._wake.clear()
-                while self._queue:
-                    self._on_sample(self._queue.popleft())
-                if self._ended:
-                    return
+            while (sample := self._queue.get()) is not None:
+                self._on_sample(sample)
         except BaseException as error:
             self.error = error
             self._fail(f'samples cannot be published: {error!r}')
 
     def stop(self, patience: float = 1.0) -> bool:
         """End when the queue is empty; return False if it hangs longer than ``patience`` [s]."""
-        self._ended = True
-        self._wake.set()
+        self._queue.put(None)
         if self.is_alive() and threading.current_thread() is not self:
             self.join(patience)
         return not self.is_alive()

@@ -21,7 +21,6 @@ values within a turn (0x94, 0xA6, 0x90), increments (0xA8), mode, power and phas
 """
 
 from collections.abc import Mapping
-from typing import Annotated
 
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.rmd_x import layout as wire
@@ -33,7 +32,7 @@ from sosml_friction.actuators.rmd_x.commands import (
     Protocol,
 )
 from sosml_friction.actuators.rmd_x.layout import ANGLE_RESOLUTION as ANGLE_RESOLUTION
-from sosml_friction.actuators.rmd_x.layout import Message, bare, by_command
+from sosml_friction.actuators.rmd_x.layout import DEGREE, Message, at, bare, by_command
 from sosml_friction.exceptions import CanProtocolError
 
 # ---- commands without a payload; the motor echoes the first four, the brake's after up to 150 ms
@@ -52,10 +51,10 @@ ReadUptime = bare('ReadUptime', Command.UPTIME)
 ReadVersion = bare('ReadVersion', Command.VERSION)
 
 
-class ReadModel(Message, command=Command.MODEL, places='BxB5x'):
+class ReadModel(Message, command=Command.MODEL):
     """0xB5: ask for the model; since V4.4 for one ``block`` of it, 1 to 3, else ``block`` 0."""
 
-    block: Annotated[int, wire.whole('block')] = 0
+    block: int = at(2, 'B', int, default=0)
 
     def pack(self) -> bytes:
         data = bytearray(super().pack())
@@ -70,21 +69,19 @@ class ReadModel(Message, command=Command.MODEL, places='BxB5x'):
 # ---- commands with a payload
 
 
-class SetCurrent(Message, command=Command.CURRENT, places='B3xh2x'):
+class SetCurrent(Message, command=Command.CURRENT):
     """0xA1: command the torque-producing current [A]; answered by :class:`Motion`."""
 
-    current: Annotated[float, wire.CURRENT]
+    current: float = at(4, 'h', wire.CURRENT)
 
 
-class SetSpeed(Message, command=Command.SPEED, places='B3xi'):
+class SetSpeed(Message, command=Command.SPEED):
     """0xA2: command the speed of the output shaft [rad/s]; answered by :class:`Motion`."""
 
-    speed: Annotated[float, wire.ANGLE]
+    speed: float = at(4, 'i', wire.ANGLE)
 
 
-class SetPosition(
-    Message, command=Command.POSITION, places='BxHi', sequence=('max_speed', 'angle')
-):
+class SetPosition(Message, command=Command.POSITION):
     """
     0xA4: command the multi-turn ``angle`` [rad] with ``max_speed`` [rad/s] on the way.
 
@@ -92,18 +89,27 @@ class SetPosition(
     is sent as 1 degree/s, and 0 itself is refused.
     """
 
-    angle: Annotated[float, wire.ANGLE]
-    max_speed: Annotated[float, wire.MAX_SPEED]
+    angle: float = at(4, 'i', wire.ANGLE)
+    max_speed: float = at(2, 'H', wire.MAX_SPEED)
+
+    def pack(self) -> bytes:
+        if not self.max_speed > 0.0:
+            raise CanProtocolError(
+                f'the speed limit {self.max_speed} cannot be sent: it must be positive'
+            )
+        if self.max_speed < DEGREE:
+            return SetPosition(self.angle, DEGREE).pack()
+        return super().pack()
 
 
-class SetTimeout(Message, command=Command.TIMEOUT, places='B3xI'):
+class SetTimeout(Message, command=Command.TIMEOUT):
     """
     0xB3: the motor's watchdog [ms], 0 for off; echoed. Written to ROM: not at every start.
 
     On expiry the output goes off and the brake closes; with 0 the last command runs for ever.
     """
 
-    milliseconds: Annotated[int, wire.whole('timeout')]
+    milliseconds: int = at(4, 'I', int)
 
 
 ECHOED = (Shutdown, Stop, ReleaseBrake, LockBrake, SetTimeout)
@@ -115,12 +121,7 @@ REQUESTS = by_command(
 )  # fmt: skip
 
 
-class Motion(
-    Message,
-    command=Command.CURRENT,
-    places='Bbhhh',
-    sequence=('of', 'temperature', 'current', 'speed', 'angle'),
-):
+class Motion(Message, command=Command.CURRENT):
     """
     The standard reply to 0x9C, 0xA1, 0xA2 and 0xA4, of which ``of`` is one.
 
@@ -128,33 +129,26 @@ class Motion(
     shaft in whole degrees.
     """
 
-    temperature: Annotated[int, wire.TEMPERATURE]
-    current: Annotated[float, wire.CURRENT]
-    speed: Annotated[float, wire.DEGREES]
-    angle: Annotated[float, wire.DEGREES]
-    of: Annotated[Command, wire.answered_command(MOTION_COMMANDS, 'current and speed')] = (
-        Command.CURRENT
-    )
+    temperature: int = at(1, 'b', wire.TEMPERATURE)
+    current: float = at(2, 'h', wire.CURRENT)
+    speed: float = at(4, 'h', wire.DEGREES)
+    angle: float = at(6, 'h', wire.DEGREES)
+    of: Command = at(0, 'B', Command, default=Command.CURRENT)
 
 
-class Angle(Message, command=Command.ANGLE, places='B3xi'):
+class Angle(Message, command=Command.ANGLE):
     """The reply to 0x92: multi-turn ``angle`` of the output shaft [rad], in 0.01 degree."""
 
-    angle: Annotated[float, wire.ANGLE]
+    angle: float = at(4, 'i', wire.ANGLE)
 
 
-class Encoder(Message, command=Command.ENCODER, places='B3xi'):
+class Encoder(Message, command=Command.ENCODER):
     """The reply to 0x60: encoder ``counts``, from its zero."""
 
-    counts: Annotated[int, wire.whole('encoder')]
+    counts: int = at(4, 'i', int)
 
 
-class Status(
-    Message,
-    command=Command.STATUS,
-    places='BbbBHH',
-    sequence=('temperature', 'mos_temperature', 'brake_released', 'voltage', 'errors'),
-):
+class Status(Message, command=Command.STATUS):
     """
     The reply to 0x9A.
 
@@ -162,36 +156,36 @@ class Status(
     [V]; ``errors``; ``mos_temperature`` [degC]: since V4.4, 0 before.
     """
 
-    temperature: Annotated[int, wire.TEMPERATURE]
-    brake_released: Annotated[bool, wire.SWITCH]
-    voltage: Annotated[float, wire.TENTHS]
-    errors: Annotated[ErrorFlag, wire.ERRORS]
-    mos_temperature: Annotated[int, wire.TEMPERATURE] = 0
+    temperature: int = at(1, 'b', wire.TEMPERATURE)
+    brake_released: bool = at(3, 'B', bool)
+    voltage: float = at(4, 'H', wire.TENTHS)
+    errors: ErrorFlag = at(6, 'H', ErrorFlag)
+    mos_temperature: int = at(2, 'b', wire.TEMPERATURE, default=0)
 
 
-class Uptime(Message, command=Command.UPTIME, places='B3xI'):
+class Uptime(Message, command=Command.UPTIME):
     """The reply to 0xB1: time since power-up [ms]; it tells a reboot."""
 
-    milliseconds: Annotated[int, wire.whole('uptime')]
+    milliseconds: int = at(4, 'I', int)
 
 
-class Version(Message, command=Command.VERSION, places='B3xI'):
+class Version(Message, command=Command.VERSION):
     """The reply to 0xB2: the firmware's date as a decimal number, 20220206 or 2026042402."""
 
-    date: Annotated[int, wire.whole('version')]
+    date: int = at(4, 'I', int)
 
 
-class Model(Message, command=Command.MODEL, places='B7s'):
+class Model(Message, command=Command.MODEL):
     """The reply to 0xB5 up to V4.3: the model's name, up to 7 characters."""
 
-    name: Annotated[str, wire.characters(7)]
+    name: str = at(1, '7s', str)
 
 
-class ModelBlock(Message, command=Command.MODEL, places='BxB5s'):
+class ModelBlock(Message, command=Command.MODEL):
     """The reply to 0xB5 since V4.4: block 1 to 3 of the model's name, up to 5 characters."""
 
-    block: Annotated[int, wire.whole('block')]
-    text: Annotated[str, wire.characters(5)]
+    block: int = at(2, 'B', int)
+    text: str = at(3, '5s', str)
 
     def pack(self) -> bytes:
         data = bytearray(super().pack())
@@ -211,7 +205,6 @@ _COMMON = {
 }  # fmt: skip
 REPLIES = {
     Protocol.V3: _COMMON,
-    Protocol.V4_2: _COMMON,
     Protocol.V4_4: {**_COMMON, **by_command(ModelBlock)},
 }
 

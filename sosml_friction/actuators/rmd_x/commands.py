@@ -73,9 +73,8 @@ class ControlMode(IntEnum):
     POSITION = 3
 
 
-# Dates with two digits of build number, as newer firmware gives them. V4.2 by the date of its
-# manual (2024-05); V4.4 by the first firmware that was seen with its ranges.
-_V4_2_FROM = 20240501_00
+# The first firmware that was seen with the ranges of V4.4: its date with two digits of build
+# number, as newer firmware gives it.
 _V4_4_FROM = 20260424_02
 
 
@@ -83,12 +82,11 @@ class Protocol(Enum):
     """
     A layout of frames.
 
-    ``V3``: V3.x to V4.1. ``V4_2``: V4.2 and V4.3, which differ from it only in gains, not used
-    here. ``V4_4``: the MOS temperature in 0x9A and the model in blocks of five characters.
+    ``V3``: V3.x to V4.3, which differ only in gains, not used here. ``V4_4``: the MOS temperature
+    in 0x9A and the model in blocks of five characters.
     """
 
-    V3 = 'V3.x to V4.1'
-    V4_2 = 'V4.2 and V4.3'
+    V3 = 'V3.x to V4.3'
     V4_4 = 'V4.4'
 
     @classmethod
@@ -105,6 +103,4 @@ class Protocol(Enum):
                 f'the firmware version {date} is no date like 20220206 or 2026042402: the layout '
                 'of its frames is not known'
             )
-        if number >= _V4_4_FROM:
-            return cls.V4_4
-        return cls.V4_2 if number >= _V4_2_FROM else cls.V3
+        return cls.V4_4 if number >= _V4_4_FROM else cls.V3

@@ -17,7 +17,7 @@ from sosml_friction.actuators.rmd_x.commands import Protocol
 from sosml_friction.exceptions import CanProtocolError
 
 C, E = rmd_x.Command, rmd_x.ErrorFlag
-V3, V4_2, V4_4 = Protocol.V3, Protocol.V4_2, Protocol.V4_4
+V3, V4_4 = Protocol.V3, Protocol.V4_4
 DEGREE = math.radians(1.0)
 
 # 1.6 of the facts sheet, and the layouts of its 1.2 where it prints no vector.
@@ -116,7 +116,7 @@ def test_what_does_not_depend_on_the_firmware_is_the_same_in_all(protocol):
 def test_a_reply_is_no_request_and_that_of_another_firmware_no_reply():
     with pytest.raises(CanProtocolError, match='Motion is no request'):
         rmd_x.encode_request(1, rmd_x.Motion(1, 0.0, 0.0, 0.0))
-    for reply, protocol in ((rmd_x.Model('X8'), V4_4), (rmd_x.ModelBlock(1, 'X8'), V4_2)):
+    for reply, protocol in ((rmd_x.Model('X8'), V4_4), (rmd_x.ModelBlock(1, 'X8'), V3)):
         with pytest.raises(CanProtocolError, match=f'is no reply of {protocol.value}'):
             rmd_x.encode_reply(1, reply, protocol)
 
@@ -307,9 +307,9 @@ def test_a_request_that_means_nothing_is_refused(text, sentence):
         (20180101, V3),
         (20220206, V3),
         (20240430, V3),
-        (20240501, V4_2),
-        (2024050100, V4_2),
-        (2026042401, V4_2),
+        (20240501, V3),
+        (2024050100, V3),
+        (2026042401, V3),
         (2026042402, V4_4),
         (20260425, V4_4),
     ],
