@@ -144,22 +144,19 @@ def parse_fault(text: str, joints: Sequence[str]) -> Fault:
     arguments = {own.name: own for own in kind.arguments}
     given: dict[str, float | str] = {key: own.default for key, own in arguments.items()}
     joint = ''
+    if kind.place is not FaultPlace.BUS:
+        arguments['joint'] = FaultArgument('joint', '', choices=tuple(joints))
     for word in words:
-        key, _, value = word.partition('=')
-        argument = arguments.get(key)
-        if key == 'joint' and kind.place is not FaultPlace.BUS:
-            if value not in joints:
-                raise ConfigurationError(
-                    f'fault {name} is for joint {value!r}: use one of {", ".join(joints)}'
-                )
-            joint = value
-        elif argument is None:
-            known = [*arguments, *([] if kind.place is FaultPlace.BUS else ['joint'])]
+        key, _, stated = word.partition('=')
+        if key not in arguments:
             raise ConfigurationError(
-                f'fault {name} has no argument {word!r}: it takes {", ".join(known) or "none"}'
+                f'fault {name} has no argument {word!r}: it takes {", ".join(arguments) or "none"}'
             )
+        value = _value(name, arguments[key], stated)
+        if key == 'joint':
+            joint = str(value)
         else:
-            given[key] = _value(name, argument, value)
+            given[key] = value
     return Fault(kind, joint, tuple(given.items()))
 
 
