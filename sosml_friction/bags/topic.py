@@ -17,22 +17,15 @@ from sosml_friction.exceptions import BagError
 
 @dataclass
 class Topic:
-    """Hold where the messages of one topic are: parallel arrays in order of log time."""
+    """Hold where the messages of one topic are: region, offset and length, by log time."""
 
     type_name: str
     encoding: str
-    region: IndexArray
-    offset: IndexArray
-    length: IndexArray
+    places: tuple[IndexArray, IndexArray, IndexArray]
     log_time_ns: IndexArray
 
     def __len__(self) -> int:
         return len(self.log_time_ns)
-
-    @property
-    def places(self) -> tuple[IndexArray, IndexArray, IndexArray]:
-        """Return region, offset and length of each message."""
-        return self.region, self.offset, self.length
 
 
 def merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, Topic]:
@@ -54,7 +47,6 @@ def merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, Topic]:
         region, offset, length, log_time_ns = np.concatenate(own, axis=1)
         # Equal log times keep the order of the file.
         order = np.lexsort((offset, region, log_time_ns))
-        topics[name] = Topic(
-            *kinds[name], region[order], offset[order], length[order], log_time_ns[order]
-        )
+        places = region[order], offset[order], length[order]
+        topics[name] = Topic(*kinds[name], places, log_time_ns[order])
     return topics
