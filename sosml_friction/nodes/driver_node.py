@@ -282,7 +282,7 @@ class DriverNode(LifecycleNode):
         make('subscription', JointTrajectoryMessage, 'joint_trajectory', self._on_trajectory, 10)
         make('timer', 1.0, self._on_timer)
         make('timer', HEARTBEAT_PERIOD, self._on_heartbeat)
-        self._action = FollowAction.offer(self, self)
+        self._action = FollowAction.offer(self)
         self._message = JointState(name=list(configuration.names))
         self.description = urdf
         description.publish(String(data=urdf))

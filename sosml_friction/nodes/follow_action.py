@@ -10,40 +10,20 @@ cancel it. control_msgs is no wheel on PyPI; where it is absent the topic joint_
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
-from rclpy.node import Node
 from rclpy.task import Future
-from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
-from sosml_friction.actuators.driver.report import DriverReport, DriverState
+from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.exceptions import SosmlFrictionError
-from sosml_friction.nodes.commander import Endpoint, callers
+from sosml_friction.nodes.commander import callers
 
 NAME = '~/follow_joint_trajectory'
 #: The service by which a goal is sent: whoever has a client of it may be the sender.
 GOALS = f'{NAME}/_action/send_goal'
 
 
-class Commanded(Protocol):
-    """What the action asks of a driver's node."""
-
-    #: Counts what was commanded: another number means that a motion is not the one begun.
-    commands: int
-
-    def begin(self, message: JointTrajectoryMessage, senders: list[Endpoint]) -> None:
-        """Start a trajectory; a SosmlFrictionError says why it is refused."""
-
-    def report(self) -> DriverReport | None:
-        """Return a snapshot, None where there is no driver."""
-
-    def halt(self) -> None:
-        """Brake and hold, whatever is commanded."""
-
-
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """Say how a goal ended: which call of its handle, and the result's code and sentence."""
 
     state: str
@@ -57,31 +37,31 @@ class FollowAction:
 
     Nothing here waits: a goal is looked after whenever :meth:`watch` is called. Tolerances in a
     goal are refused, as the driver has its own (tracking_limit).
+
+    :param driver: the :class:`~sosml_friction.nodes.driver_node.DriverNode`, which imports this.
     """
 
-    def __init__(
-        self, node: Node, driver: Commanded, kind: Any, serve: Callable[..., Any]
-    ) -> None:
-        self._node, self._driver, self._kind = node, driver, kind
+    def __init__(self, driver: Any, kind: Any, serve: Callable[..., Any]) -> None:
+        self._driver, self._kind = driver, kind
         self._next = Future()
         self.server = serve(
-            node, kind, NAME, self._execute, cancel_callback=lambda _: _accept_cancel()
+            driver, kind, NAME, self._execute, cancel_callback=lambda _: _accept_cancel()
         )
 
     @staticmethod
-    def offer(node: Node, driver: Commanded) -> FollowAction | None:
+    def offer(driver: Any) -> FollowAction | None:
         """Offer the action; return None, and say so in the log, where control_msgs is absent."""
         try:
             from control_msgs.action import FollowJointTrajectory
         except ImportError:
-            node.get_logger().info(
+            driver.get_logger().info(
                 'control_msgs is not installed: the action follow_joint_trajectory is not '
                 'offered, the topic joint_trajectory is'
             )
             return None
         from rclpy.action import ActionServer
 
-        return FollowAction(node, driver, FollowJointTrajectory, ActionServer)
+        return FollowAction(driver, FollowJointTrajectory, ActionServer)
 
     def watch(self) -> None:
         """Let the goals look at how far they are."""
@@ -113,7 +93,7 @@ class FollowAction:
             )
             return Outcome('abort', invalid, sentence)
         try:
-            self._driver.begin(goal.trajectory, callers(self._node, GOALS))
+            self._driver.begin(goal.trajectory, callers(self._driver, GOALS))
         except SosmlFrictionError as error:
             return Outcome('abort', invalid, str(error))
         return None
@@ -137,7 +117,7 @@ class FollowAction:
         if report is None:
             return
         feedback = self._kind.Feedback(joint_names=[joint.name for joint in report.joints])
-        feedback.header.stamp = self._node.get_clock().now().to_msg()
+        feedback.header.stamp = self._driver.get_clock().now().to_msg()
         feedback.actual.positions = [joint.q for joint in report.joints]
         feedback.error.positions = [joint.tracking_error for joint in report.joints]
         feedback.desired.positions = [joint.q + joint.tracking_error for joint in report.joints]

@@ -61,10 +61,6 @@ class Driver:
     def halt(self) -> None:
         self.halted = True
 
-
-class Node:
-    """What is asked of a node besides."""
-
     def get_publishers_info_by_topic(self, *_, **__):
         return []
 
@@ -90,7 +86,7 @@ class Handle:
 
 def end_of(driver: Driver, handle: Handle, meanwhile=lambda looked: None):
     """Execute a goal as an executor does, with a look whenever it waits; return its result."""
-    action = FollowAction(Node(), driver, Kind, lambda *args, **_: args)
+    action = FollowAction(driver, Kind, lambda *args, **_: args)
     task = action.server[3](handle)
     for looked in range(10):
         try:
@@ -148,5 +144,5 @@ def test_without_control_msgs_there_is_no_action_and_the_log_says_so():
     node = SimpleNamespace(get_logger=lambda: SimpleNamespace(info=said.append))
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, 'control_msgs.action', None)
-        assert FollowAction.offer(node, Driver()) is None
+        assert FollowAction.offer(node) is None
     assert 'control_msgs is not installed' in said[0]
