@@ -18,14 +18,14 @@ from sosml_friction.nodes.stated_model import WITHOUT_MODEL
 PLAIN = 'speed_ladder'
 
 
-def _options() -> dict[str, TrajectoryOption]:
-    """Return the options of all trajectories by the names of their parameters."""
+def _options() -> dict[str, tuple[TrajectoryOption, str]]:
+    """Return option and label of each trajectory's options, as ``multisine.amplitude``."""
     options = {
-        option.name if kind.name == PLAIN else f'{kind.name}.{option.name}': option
+        option.name if kind.name == PLAIN else f'{kind.name}.{option.name}': (option, kind.label)
         for kind in TRAJECTORIES.values()
         for option in kind.options
     }
-    return options | {option.name: option for option in COMMON}
+    return options | {option.name: (option, 'every trajectory') for option in COMMON}
 
 
 def check_change(name: str, value: Any, joints: Sequence[str]) -> None:
@@ -41,7 +41,7 @@ def check_change(name: str, value: Any, joints: Sequence[str]) -> None:
     if spec.choices and value not in spec.choices:
         raise ConfigurationError(f'{name} is {value!r}: use one of {", ".join(spec.choices)}')
     if name in (options := _options()):
-        options[name].check(value)
+        options[name][0].check(value)
     elif spec.type.startswith('double') and not np.isfinite(value).all():
         raise ConfigurationError(f'{name} is {value}: give finite numbers')
     lengths = {'centre': (0, len(joints)), 'acceleration_limit': (0, 1, len(joints))}
@@ -51,28 +51,16 @@ def check_change(name: str, value: Any, joints: Sequence[str]) -> None:
         )
 
 
-def _option_specs() -> tuple[ParameterSpec, ...]:
-    """Return a parameter for each option of each trajectory, ``multisine.amplitude`` and so on."""
-
-    def spec(option: TrajectoryOption, prefix: str, label: str) -> ParameterSpec:
-        value = option.default
-        return ParameterSpec(
-            prefix + option.name,
-            option.type,
-            list(value) if isinstance(value, tuple) else value,
-            f'{label}: {option.description}',
-            option.unit,
-            None if option.type == 'double_array' else option.range,
-            read_only=False,
-        )
-
-    return (
-        *(
-            spec(option, '' if kind.name == PLAIN else f'{kind.name}.', kind.label)
-            for kind in TRAJECTORIES.values()
-            for option in kind.options
-        ),
-        *(spec(option, '', 'every trajectory') for option in COMMON),
+def _option_spec(name: str, option: TrajectoryOption, label: str) -> ParameterSpec:
+    value = option.default
+    return ParameterSpec(
+        name,
+        option.type,
+        list(value) if isinstance(value, tuple) else value,
+        f'{label}: {option.description}',
+        option.unit,
+        None if option.type == 'double_array' else option.range,
+        read_only=False,
     )
 
 
@@ -98,7 +86,7 @@ PARAMETERS = (
         choices=tuple(TRAJECTORIES),
         read_only=False,
     ),
-    *_option_specs(),
+    *(_option_spec(name, *own) for name, own in _options().items()),
     ParameterSpec(
         'centre',
         'double_array',
