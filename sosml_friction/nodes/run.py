@@ -3,7 +3,6 @@
 """Run one node as a program: executor, signals, exit code."""
 
 import gc
-import os
 import signal
 import sys
 import threading
@@ -22,8 +21,9 @@ from sosml_friction.exceptions import SosmlFrictionError
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.program_node import ProgramNode
 
-# With an unlimited wait the EventsExecutor of rclpy 7.1.6 dispatches nothing.
-_SPIN_TIMEOUT = 0.5
+# How soon a signal is seen where nothing comes [s]: Python runs its handlers between two waits of
+# the executor. With an unlimited wait the EventsExecutor of rclpy 7.1.6 dispatches nothing.
+_SPIN_TIMEOUT = 0.1
 
 
 def make_executor() -> Executor:
@@ -99,7 +99,6 @@ def run_node(
         for program in programs:
             program.refuse_unknown_parameters()
         executor = make_executor()
-        stop.on_signal = executor.wake
         for node in nodes:
             executor.add_node(node)
         while rclpy.ok() and not stop.is_set() and not any(own.outcome for own in programs):
@@ -139,46 +138,23 @@ def _refuse(error: Exception, what: str = '') -> int:
 
 class _StopSignal:
     """
-    Turn SIGINT, SIGTERM, SIGHUP and SIGQUIT into a flag and a wake-up of the executor.
+    Turn SIGINT, SIGTERM, SIGHUP and SIGQUIT into a flag, at which :func:`run_node` looks.
 
-    Python runs a handler only between two bytecodes of the main thread, which sleeps in the
-    executor's C++ wait; the wake-up descriptor is written by the C handler at once, and a thread
-    that reads it wakes the executor. Outside the main thread (tests) signals are left alone.
+    Outside the main thread (tests) signals are left alone.
     """
 
     def __init__(self) -> None:
-        self.on_signal: Callable[[], None] = lambda: None
         self._event = threading.Event()
         self.is_set = self._event.is_set
         self._before: dict[int, Any] = {}
-        if threading.current_thread() is not threading.main_thread():
-            return
-        self._read, self._write = os.pipe()
-        os.set_blocking(self._write, False)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
-            self._before[number] = signal.signal(number, lambda *_: self._event.set())
-        self._fd_before = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
-        self._watcher = threading.Thread(target=self._watch, name='signals', daemon=True)
-        self._watcher.start()
-
-    def _watch(self) -> None:
-        # An empty read is the end of the pipe: restore() closed it.
-        while os.read(self._read, 1):
-            self._event.set()
-            self.on_signal()
-        os.close(self._read)
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+                self._before[number] = signal.signal(number, lambda *_: self._event.set())
 
     def restore(self) -> None:
         """Give the signals back to whoever had them before."""
-        if not self._before:
-            return
-        signal.set_wakeup_fd(self._fd_before)
         for number, handler in self._before.items():
             signal.signal(number, handler)
-        self._before.clear()
-        os.close(self._write)
-        # In C++ while the interpreter ends, it would abort the process.
-        self._watcher.join(1.0)
 
 
 _stop: _StopSignal | None = None
