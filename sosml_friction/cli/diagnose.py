@@ -92,12 +92,11 @@ def diagnose(
     from sosml_friction.export.diagnosed import trust_of_a_simulation, with_simulator
     from sosml_friction.regression.settings import DiagnosisSettings
     from sosml_friction.report.common.figure_files import write_figures
-    from sosml_friction.report.common.output import check_output_folder, require_writable
+    from sosml_friction.report.common.output import check_output_folder
     from sosml_friction.report.diagnosis import document as view
 
     forms = options.parse_forms(figures)
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), view.KIND)
-    require_writable(folder)
     leave = as_names(without or None) or ()
     told = parse_trust(as_names(trust or None) or ())
     if mjcf is not None:

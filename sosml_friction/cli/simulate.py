@@ -55,12 +55,11 @@ def simulate(
     from sosml_friction.bags.source import bag_name
     from sosml_friction.diagnosis.bag_simulation import simulate_bag
     from sosml_friction.report.common.figure_files import write_figures
-    from sosml_friction.report.common.output import check_output_folder, require_writable
+    from sosml_friction.report.common.output import check_output_folder
     from sosml_friction.report.simulation import document as view
 
     forms = options.parse_forms(figures)
     folder = check_output_folder(out or Path(f'{bag_name(bag)}_simulation'), view.KIND)
-    require_writable(folder)
     with progress(f'reading {bag}') as step:
         source = options.stated_model(bag, model, armature, urdf, namespace, mjcf)
         found, nominal, provenance = simulate_bag(bag, source, urdf, namespace, horizon, step)

@@ -42,24 +42,25 @@ def check_output_folder(
     Return ``folder`` if it is absent, empty, or holds an earlier result of that kind.
 
     :param beside: names in the folder that may be there all the same.
-    :raises ConfigurationError: if it is a file or holds something else.
+    :raises ConfigurationError: if it is a file, holds something else or cannot be written.
     """
     folder = Path(folder)
     try:
-        if not folder.exists():
-            return folder
-        if folder.is_dir() and (
-            {path.name for path in folder.iterdir()} <= set(beside) or _holds(folder, kind)
-        ):
-            return folder
+        is_free = not folder.exists() or (
+            folder.is_dir()
+            and ({path.name for path in folder.iterdir()} <= set(beside) or _holds(folder, kind))
+        )
     except OSError as error:
         raise ConfigurationError(
             f'{folder} cannot be read: {error.strerror}: choose another place with --out'
         ) from error
-    raise ConfigurationError(
-        f'{folder} exists and is not the result of an earlier {kind.name}, so it is not '
-        'overwritten: choose another place with --out'
-    )
+    if not is_free:
+        raise ConfigurationError(
+            f'{folder} exists and is not the result of an earlier {kind.name}, so it is not '
+            'overwritten: choose another place with --out'
+        )
+    require_writable(folder)
+    return folder
 
 
 def require_writable(folder: str | Path) -> None:
