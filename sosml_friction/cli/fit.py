@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml fit``."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -15,9 +13,6 @@ from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, command_line, open_page, print_result, progress, remark
 from sosml_friction.cli.tables import takes_tables
-
-if TYPE_CHECKING:
-    from sosml_friction.bags.recorded_robot import ModelSource
 
 
 @app.command()
@@ -176,10 +171,26 @@ def fit(
     forms = options.parse_forms(figures)
     wanted = as_names(terms) or ([law] if law in TERM_LISTS else None)
     if wanted is not None:
-        folder, document, blocks, remarks, is_no = _fit_terms(
-            bags, wanted, source, urdf, namespace, out, command_line(context), body_tolerance,
-            forms,
-        )  # fmt: skip
+        from sosml_friction.bags.source import bag_name
+        from sosml_friction.identification.bag_terms import fit_bag_terms
+        from sosml_friction.report.common.figure_files import write_figures
+        from sosml_friction.report.common.output import check_output_folder
+        from sosml_friction.report.terms import document as view
+
+        folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_terms'), view.KIND)
+        with progress(f'reading {bags[0]}') as step:
+            found = fit_bag_terms(
+                bags, wanted, source, urdf, namespace, command_line(context), step, body_tolerance
+            )
+            terms_fit, provenance = found
+            view.write_term_fit(folder, terms_fit, provenance, step)
+            write_figures(folder, 'terms', view.figure_views(terms_fit), forms)
+        blocks: Iterable[Any] = [
+            *view.term_blocks(terms_fit),
+            f'Model, report.html and fit.json are in {folder}',
+        ]
+        document = view.term_fit_document(terms_fit, provenance)
+        remarks, is_no = iter(found.remarks), bool(terms_fit.left)
     else:
         from sosml_friction.identification.friction_fit import FitSettings
         from sosml_friction.identification.law.law_form import LawForm
@@ -209,33 +220,3 @@ def fit(
         open_page(folder / 'report.html')
     if is_no:
         raise typer.Exit(1)
-
-
-def _fit_terms(
-    bags: list[Path],
-    terms: Sequence[str],
-    model: ModelSource,
-    urdf: Path | None,
-    namespace: str | None,
-    out: Path | None,
-    command: str,
-    body_tolerance: float | None,
-    forms: Sequence[str],
-) -> tuple[Path, Mapping[str, Any], Iterable[Any], Iterable[str], bool]:
-    """Fit terms; return the folder, the document, what is printed, remarks, and if one failed."""
-    from sosml_friction.bags.source import bag_name
-    from sosml_friction.identification.bag_terms import fit_bag_terms
-    from sosml_friction.report.common.figure_files import write_figures
-    from sosml_friction.report.common.output import check_output_folder, require_writable
-    from sosml_friction.report.terms import document as view
-
-    folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_terms'), view.KIND)
-    require_writable(folder)
-    with progress(f'reading {bags[0]}') as step:
-        found = fit_bag_terms(bags, terms, model, urdf, namespace, command, step, body_tolerance)
-        fit, provenance = found
-        view.write_term_fit(folder, fit, provenance, step)
-        write_figures(folder, 'terms', view.figure_views(fit), forms)
-    blocks = [*view.term_blocks(fit), f'Model, report.html and fit.json are in {folder}']
-    document = view.term_fit_document(fit, provenance)
-    return folder, document, blocks, found.remarks, bool(fit.left)
