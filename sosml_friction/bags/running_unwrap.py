@@ -20,6 +20,7 @@ from sosml_friction.bags.wrap import (
     near_turn,
     seen_period,
 )
+from sosml_friction.compiled import compiled
 
 
 class RunningUnwrap:
@@ -39,7 +40,9 @@ class RunningUnwrap:
         self._turned = np.zeros(n)
         self._time: deque[int] = deque(maxlen=2 * BESIDE + 1)
         self._raw: deque[FloatArray] = deque(maxlen=2 * BESIDE + 1)
-        #: The least and the greatest of each position until now.
+        # Compile now: at the first sample it would stall the node.
+        self._range = np.zeros(n), np.zeros(n)
+        _goes_on(self._turned, self._turned, self.periods, *self._range)
         self._range = np.full(n, np.inf), np.full(n, -np.inf)
 
     def __call__(self, t_ns: int, q: FloatArray) -> FloatArray:
@@ -49,13 +52,14 @@ class RunningUnwrap:
             self._raw.clear()
         known = np.array(q, dtype=float)
         last = self._raw[-1] if self._raw else known
-        self._take(t_ns, known, last)
+        if not _goes_on(known, last, self.periods, *self._range):
+            self._take(t_ns, known, last)
         self._time.append(t_ns)
         self._raw.append(known)
         return np.asarray(q + self._turned)
 
     def _take(self, t_ns: int, known: FloatArray, last: FloatArray) -> None:
-        """Take a position; what is not known of it is as it was."""
+        """Take a position that is not known everywhere, that leaps, or of a known period."""
         low, high = self._range
         for i, now in enumerate(known.tolist()):
             if not math.isfinite(now):
@@ -85,3 +89,25 @@ class RunningUnwrap:
         if error <= SAME * period and period >= LEAST:
             name = named_period(period, max(error, 1e-4 * period))
             self.periods[i] = np.nan if name is None else name
+
+
+@compiled
+def _goes_on(
+    position: FloatArray, last: FloatArray, periods: FloatArray, low: FloatArray, high: FloatArray
+) -> bool:
+    """
+    Remember a sample in which nothing wraps or could, as nearly all are; tell if it is one.
+
+    Nothing is changed if it is not.
+
+    :param low: the least of each position until now (n,); written, as is ``high``.
+    """
+    for i in range(len(position)):
+        now = position[i]
+        if not math.isfinite(now) or math.isfinite(periods[i]):
+            return False
+        if abs(now - last[i]) > HALF * (max(now, high[i]) - min(now, low[i])):
+            return False
+    for i in range(len(position)):
+        low[i], high[i] = min(position[i], low[i]), max(position[i], high[i])
+    return True

@@ -32,6 +32,8 @@ GREY = '#7a7a7a'
 BEFORE, AFTER = '#D55E00', '#0072B2'
 #: Up to this ratio of its ends an axis of logarithms has numbers between the decades.
 _DENSE = 30.0
+#: Characters of a number for which margins leave room, and the width of one more [inches].
+_USUAL, _DIGIT = 6, 0.09
 #: Points of one line that a figure shows.
 _LINE_POINTS = 2000
 #: Joints whose figures have all their points; of more each has fewer, and a page stays small.
@@ -165,6 +167,50 @@ def log_axis(axes: Axes) -> None:
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FuncFormatter(text))
     axes.xaxis.set_minor_locator(NullLocator())
+
+
+def fix_axes(
+    figure: Figure,
+    margins: tuple[float, float, float, float],
+    gaps: tuple[float, float] = (0.2, 0.2),
+    handles: Sequence[Any] = (),
+) -> None:
+    """
+    Place axes whose labels have a known size, and a legend in one row below them.
+
+    To find such places by measuring all text takes as long as drawing it.
+
+    :param margins: left, right, bottom, top [inches]; gaps: between columns and rows [inches].
+    """
+    width, height = figure.get_size_inches()
+    left, right, bottom, top = margins
+    left += max(0, _longest(figure) - _USUAL) * _DIGIT
+    grid = figure.axes[0].get_subplotspec()
+    assert grid is not None
+    rows, columns = grid.get_gridspec().nrows, grid.get_gridspec().ncols
+    one = (width - left - right - (columns - 1) * gaps[0]) / columns
+    high = (height - bottom - top - (rows - 1) * gaps[1]) / rows
+    figure.set_layout_engine(None)
+    figure.subplots_adjust(
+        left / width, bottom / height, 1.0 - right / width, 1.0 - top / height, gaps[0] / one,
+        gaps[1] / high,
+    )  # fmt: skip
+    if handles:
+        figure.legend(
+            handles=list(handles), loc='lower center', ncols=len(handles), fontsize=FONT,
+            frameon=False,
+        )  # fmt: skip
+
+
+def _longest(figure: Figure) -> int:
+    """Return how many characters the longest number left of the axes has; names: none."""
+    from matplotlib.ticker import ScalarFormatter
+
+    axis = figure.axes[0].yaxis
+    form = axis.get_major_formatter()
+    if not isinstance(form, ScalarFormatter):
+        return 0
+    return max(map(len, form.format_ticks(list(axis.get_majorticklocs()))), default=0)
 
 
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:

@@ -62,5 +62,5 @@ class BinnedResidual(Figure[JointResidual]):
             drawing.key(color=drawing.AFTER, label='with what was named, forwards'),
             drawing.key(color=drawing.AFTER, linestyle='--', label='backwards'),
         ]
-        drawing.legend_below(figure, handles)
+        drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.12), (0.2, 0.6), handles)
         return figure

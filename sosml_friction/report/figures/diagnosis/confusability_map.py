@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.lookalikes import ambiguous_pairs, most_alike
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
-from sosml_friction.report.common.drawing import GREY, new_figure
+from sosml_friction.report.common.drawing import GREY, fix_axes, new_figure
 from sosml_friction.report.common.figure import METHOD, Figure
 
 #: More rows than this cannot be read: those that look least alike are left out.
@@ -96,6 +96,9 @@ class ConfusabilityMap(Figure[Diagnosis]):
             axes.tick_params(length=0)
             for spine in axes.spines.values():
                 spine.set_color('#c9c9c9')
+        # 0.0075 inches a letter for each point of its size.
+        room = 0.4 + 0.0075 * _FONT * max(len(label) for label in labels)
+        fix_axes(figure, (room, 0.1, room, 0.05), (0.12, 0.0))
         return figure
 
 

@@ -55,5 +55,5 @@ class PositionPeriodogram(Figure[JointResidual]):
         handles = drawing.before_and_after()
         if lines.named:
             handles.append(drawing.key(color=_NAMED, linewidth=3.0, label='named'))
-        drawing.legend_below(figure, handles)
+        drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.35), (0.2, 0.2), handles)
         return figure

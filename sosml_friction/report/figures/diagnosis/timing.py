@@ -54,7 +54,7 @@ class Timing(Figure[JointResidual]):
         right.set_ylim(bottom=0.0)
         drawing.label_axes(right, 'effort later than position by [ms]', f'error [{view.unit}]')
         right.set_title('error with effort shifted', fontsize=drawing.FONT, loc='left')
-        drawing.legend_below(figure, drawing.before_and_after())
+        drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.35), (0.9, 0.2), drawing.before_and_after())
         return figure
 
 
