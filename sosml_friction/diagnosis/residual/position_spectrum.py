@@ -71,10 +71,8 @@ def position_lines(joint: JointResidual) -> Lines:
     sizes = []
     for way in _ways(joint):
         place = np.ascontiguousarray(q[way])
-        before, after = (
-            position_spectrum(place, left[way], first, step, count)
-            for left in (joint.before, joint.after)
-        )
+        left = np.column_stack([joint.before[way], joint.after[way]])
+        before, after = position_spectrum(place, left, first, step, count)
         sizes.append((before, after))
     periods = np.asarray((first + step * np.arange(count)) / unit, dtype=np.float64)
     return Lines(periods, sizes[0], sizes[1], named)
@@ -90,23 +88,24 @@ def _ways(joint: JointResidual) -> tuple[BoolArray, BoolArray]:
 
 
 def position_spectrum(
-    q: FloatArray, effort: FloatArray, first: float, step: float, count: int
+    q: FloatArray, efforts: FloatArray, first: float, step: float, count: int
 ) -> FloatArray:
     """
-    Return the size of the line A cos w q + B sin w q fitted to an effort at each w, (count,).
+    Return the size of the line A cos w q + B sin w q fitted to efforts at each w, (k, count).
 
     By least squares at each frequency by itself, the effort's mean taken off.
 
-    :param q: position (N,) [rad or m]; effort (N,) [Nm or N]; w = first + k step [rad/rad, rad/m].
+    :param q: position (N,) [rad or m]; efforts (N, k) [Nm or N]; w = first + j step [rad/rad,
+        rad/m].
     """
-    e = effort - effort.mean()
-    sizes = np.empty(count)
+    e = efforts - efforts.mean(axis=0)
+    sizes = np.empty((e.shape[1], count))
     for begin in range(0, count, POINTS_AT_ONCE):
         some = min(POINTS_AT_ONCE, count - begin)
         columns = lines(q, first + begin * step, step, some)
-        products = (e @ columns.reshape(len(e), 2 * some)).reshape(some, 2)
+        products = (e.T @ columns.reshape(len(e), 2 * some)).reshape(-1, some, 2)
         energy = squares(columns[:, None])
         energy += 1e-9 * len(q) * np.eye(2)
-        amplitude = np.linalg.solve(energy, products[:, :, None])[:, :, 0]
-        sizes[begin : begin + some] = np.hypot(amplitude[:, 0], amplitude[:, 1])
+        amplitude = np.linalg.solve(energy, products[..., None])[..., 0]
+        sizes[:, begin : begin + some] = np.hypot(amplitude[..., 0], amplitude[..., 1])
     return sizes

@@ -127,7 +127,10 @@ class LawRows:
         error more of it; where it does not show, all of it.
         """
         if not memory.shown:
-            return replace(self, remembered=self.y - memory.effort)
+            result = replace(self, remembered=self.y - memory.effort)
+            # Which is none of what is searched: the search that told the memory is its own too.
+            vars(result)['_search'] = self._search
+            return result
         return replace(self.without(memory.effort), remembered=self.y - memory.bristles)
 
     def with_trend(self) -> LawRows:

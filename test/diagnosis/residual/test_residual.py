@@ -18,7 +18,8 @@ def test_a_line_in_position_has_its_size_and_place():
     rng = np.random.default_rng(2)
     q = np.cumsum(rng.uniform(0.0, 0.004, 5000))
     effort = 0.3 * np.cos(40.0 * q + 1.0) + 2.0
-    size = position_spectrum(q, effort, 20.0, 0.5, 100)
+    nothing, size = position_spectrum(q, np.column_stack([0.0 * q, effort]), 20.0, 0.5, 100)
+    assert nothing == pytest.approx(0.0)
     assert int(np.argmax(size)) == 40
     # 0.5 %: the mean that is taken off is not quite that of the line's whole periods.
     assert size[40] == pytest.approx(0.3, rel=5e-3)
