@@ -27,7 +27,7 @@ def large_delay(
     """
     if EffortDelay.identifier not in design.library:
         return None
-    late = BodyComparison.of(recordings.logs, model, step=step).late
+    late = BodyComparison.of(recordings.logs, model, step=step, only_late=True).late
     fastest = 2.0 * np.pi * design.signals[0].band.cutoff
     return late if late is not None and abs(late.delay_s) * fastest > 1.0 else None
 

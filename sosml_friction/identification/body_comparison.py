@@ -74,6 +74,7 @@ class BodyComparison:
         tolerance: float | None = None,
         step: Callable[[str], None] = lambda text: None,
         stated: bool = False,
+        only_late: bool = False,
     ) -> BodyComparison:
         """
         Compare a model with a motion; an armature that it does not know is fitted in any case.
@@ -90,6 +91,7 @@ class BodyComparison:
             data say (:func:`~sosml_friction.regression.body_width.choose_width`); 0 for not at
             all: then rotors that are not known and when effort acts are found alone.
         :param stated: whether the hold of effort is stated: then effort is used as it is.
+        :param only_late: whether nothing but ``late`` is asked for.
         :raises DataError: if a tolerance was told, or an armature is not known, and the recording
             is too short for a refit.
         """
@@ -131,6 +133,8 @@ class BodyComparison:
             tried.add(late.samples)
             logs = [late.undone(log) for log in recorded]
             fit = first(logs, terms=beside, rotors=_rotors(delayed))
+        if only_late:
+            return cls(late=late)
         if stated:
             logs, fit = recorded, as_recorded
         fit_with = partial(plain, logs, rotors=_rotors(fit))
