@@ -196,6 +196,7 @@ def find_contacts(
     expected: FloatArray | None = None,
     reach: int = 0,
     wrong: FloatArray | None = None,
+    before: BoolArray | None = None,
 ) -> Contacts:
     """
     Return the stretches in which a residual is pushed to one side far beyond its usual size.
@@ -210,6 +211,9 @@ def find_contacts(
         as off is on where this is larger; None for ``residual``.
     :param reach: rows that a filter spreads the end of a push over.
     :param wrong: by how much the model may be wrong (rows, n) [Nm or N]; None for nothing.
+    :param before: rows (rows, n) of the contacts that a fit with them has, where this one is
+        without them: others are none, nor is a joint pushed that was not. None for a fit with
+        them.
     """
     rows = len(residual)
     moving = np.ones(residual.shape, dtype=np.bool_) if moving is None else moving
@@ -234,14 +238,15 @@ def find_contacts(
         relative[~one_way] = 0.0
         largest[i] = relative.max()
         over = maximum_filter1d((relative > _OVER).astype(np.int8), m) > 0
-        kept = runs(over)
+        kept = [(a, b) for a, b in runs(over) if before is None or before[a:b, i].any()]
         if not kept or len(kept) > _MANY or sum(b - a for a, b in kept) > _MOST * rows:
             nominal = residual if expected is None else expected
-            own, mine = _pushes(
-                i, residual[:, i], nominal[:, i], moving[:, i], times, m, reach, wrong[:, i]
-            )
-            contacts += own
-            mask[:, i] |= mine
+            if before is None or before[:, i].any():
+                own, mine = _pushes(
+                    i, residual[:, i], nominal[:, i], moving[:, i], times, m, reach, wrong[:, i]
+                )
+                contacts += own
+                mask[:, i] |= mine
             continue
         variance = _usual(np.abs(residual[moving[:, i], i])) ** 2
         for a, b in kept:

@@ -113,17 +113,28 @@ class LibraryResidual:
         return model
 
 
-def library_residual(rows: BandRows) -> LibraryResidual:
-    """Return what all candidates together leave."""
+def library_residual(rows: BandRows, pushed: BoolArray | None = None) -> LibraryResidual:
+    """
+    Return what all candidates together leave.
+
+    :param pushed: rows of all stretches (rows, n) that take no part in the fit, None for none.
+    """
     left, steady, fits = [], [], []
     ends = np.cumsum([len(part) for part in rows.residual])[:-1]
     every = max(1, -(-sum(len(part) for part in rows.residual) // _STEPS))
     for i in range(rows.signals[0].robot.n):
-        G, r = np.zeros(()), np.zeros(())
+        effort = np.concatenate([part[:, i] for part in rows.residual])
+        told: FloatArray = np.ones(len(effort))
+        if pushed is not None:
+            told[pushed[:, i]] = 0.0
+        G, r, first = np.zeros(()), np.zeros(()), 0
         sums: list[FloatArray] = []
         for s, part in _parts(rows):
             X = _design_matrix(rows, i, s, part)
-            G, r = G + X.T @ X, r + X.T @ rows.residual[s][part, i]
+            its = slice(first, first + len(X))
+            first += len(X)
+            X *= told[its, None]
+            G, r = G + X.T @ X, r + X.T @ effort[its]
             sums.append(np.add.reduceat(X, np.arange(0, len(X), every)))
         norms = np.sqrt(np.diag(G))
         act = norms > 0.0
@@ -132,17 +143,21 @@ def library_residual(rows: BandRows) -> LibraryResidual:
         fit = LibraryFit(rows, i, act, norms, G)
         fits.append(fit)
         fitted = fit.fitted(fit.solved(r[act] / norms))
-        residual = np.concatenate([part[:, i] for part in rows.residual]) - fitted
-        left.append(np.split(_without_lines(rows, i, residual), ends))
+        every_row = effort - fitted
+        residual = every_row * told
+        # A push is no line, nor a step: what it leaves stays as it is.
+        its_push = every_row - residual
+        left.append(np.split(_without_lines(rows, i, residual) + its_push, ends))
         starts = _starts(rows, every)
         known = np.concatenate(sums)[:, act] / norms
-        begin, height, beside = _step(residual, starts, known, G)
+        begin, height, beside = _step(residual, told, starts, known, G)
         if not height:
             steady.append(left[-1])
             continue
         step = fit.fitted(-beside)
         step[begin:] += 1.0
-        steady.append(np.split(_without_lines(rows, i, residual - height * step), ends))
+        without = _without_lines(rows, i, residual - height * told * step)
+        steady.append(np.split(without + its_push, ends))
     return LibraryResidual(left, steady, fits)
 
 
@@ -157,7 +172,7 @@ def _starts(rows: BandRows, every: int) -> IndexArray:
 
 
 def _step(
-    residual: FloatArray, starts: IndexArray, sums: FloatArray, G: FloatArray
+    residual: FloatArray, told: FloatArray, starts: IndexArray, sums: FloatArray, G: FloatArray
 ) -> tuple[int, float, FloatArray]:
     """
     Return the step in time that is in a residual: its first row, its height, and its fit.
@@ -166,6 +181,7 @@ def _step(
     freedom has it, times the power of slow noise, which is seen at all other times: the best is
     one if it gains more than the largest of all would by chance.
 
+    :param told: 1 for the rows that say something, 0 for others, whose residual is 0.
     :param starts: first rows of the chunks (C,) at which a step is tried.
     :param sums: of each chunk, the sums of the library's columns (C, p), of size 1.
     :param G: products of these columns (p, p).
@@ -173,7 +189,7 @@ def _step(
     after = np.cumsum(np.add.reduceat(residual, starts)[::-1])[::-1]
     D = np.cumsum(sums[::-1], axis=0)[::-1]
     beside = np.linalg.solve(G, D.T)
-    count = len(residual) - starts
+    count = np.cumsum(np.add.reduceat(told, starts)[::-1])[::-1]
     own = count - np.einsum('cp,pc->c', D, beside)
     # What the library can make of its columns is no step beside it.
     tried = own > COLLINEAR * count
@@ -241,22 +257,26 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
 
 
 def unknown_at_rest(
-    left: Sequence[Sequence[FloatArray]], resting: Sequence[Signals]
+    residuals: Sequence[LibraryResidual], resting: Sequence[Signals], pushed: BoolArray
 ) -> frozenset[int]:
     """
     Return the joints of which the library leaves notably more at standstill than in motion.
 
     There the sign of the last motion is not what friction is at standstill.
+
+    :param residuals: of all rows, and where there are pushes of the others as well.
+    :param pushed: rows of all stretches (rows, n) that pushes spoil.
     """
     found = set()
-    for i, stretches in enumerate(left):
-        moves = np.concatenate(
-            [in_motion(s, len(x))[:, i] for s, x in zip(resting, stretches, strict=True)]
-        )
-        if moves.any() and not moves.all():
-            square = np.concatenate(stretches) ** 2
-            if np.mean(square[~moves]) > MORE_AT_REST * np.mean(square[moves]):
-                found.add(i)
+    for residual, told in zip(residuals, (np.ones_like(pushed), ~pushed), strict=False):
+        for i, stretches in enumerate(residual.left):
+            moves = np.concatenate(
+                [in_motion(s, len(x))[:, i] for s, x in zip(resting, stretches, strict=True)]
+            )[told[:, i]]
+            if moves.any() and not moves.all():
+                square = np.concatenate(stretches)[told[:, i]] ** 2
+                if np.mean(square[~moves]) > MORE_AT_REST * np.mean(square[moves]):
+                    found.add(i)
     return frozenset(found)
 
 

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.arrays import Entry, FloatArray
+from sosml_friction.arrays import BoolArray, Entry, FloatArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import Inner, Term
@@ -26,13 +26,17 @@ from sosml_friction.regression.evidence import (
     Target,
     make_blocks,
 )
-from sosml_friction.regression.library_residual import library_residual, unknown_at_rest
+from sosml_friction.regression.library_residual import (
+    LibraryResidual,
+    library_residual,
+    unknown_at_rest,
+)
 from sosml_friction.regression.noise_model import ORDER, NoiseModel
 from sosml_friction.regression.nominal import Nominal
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, with_rests
 from sosml_friction.regression.turn_residual import sticking_joints
-from sosml_friction.regression.whitening import Whitening
+from sosml_friction.regression.whitening import Whitening, pushed_rows
 
 
 @dataclass(frozen=True)
@@ -75,20 +79,20 @@ class WhitenedRegression:
         step('computing the columns of all candidates')
         rows = BandRows.make(signals, library, settings)
         step('whitening')
-        beyond = library_residual(rows)
         resting = with_rests(signals)
         every = frozenset(range(signals[0].robot.n))
         turning = with_rests(signals, turns=every)
+        beyond, pushed = _beside_pushes(rows, resting, settings)
         # Where one creeps at rest others do, though more noise in their motion may hide it. One
         # whose friction at rest is not known sticks in passing, too, for any time.
-        unknown = every if settings.moving_only else unknown_at_rest(beyond.left, resting)
+        unknown = every if settings.moving_only else unknown_at_rest(beyond, resting, pushed)
         unknown |= sticking_joints(rows, resting if unknown else signals, turning)
         leave_out = bool(unknown)
         if leave_out:
             resting = with_rests(signals, turns=unknown)
             rows = rows.without_standstill(resting)
-            beyond = library_residual(rows)
-        whitening = Whitening.fit(rows, beyond, resting, leave_out, settings.tolerance)
+            beyond, pushed = _beside_pushes(rows, resting, settings)
+        whitening = Whitening.fit(rows, beyond[-1], resting, leave_out, settings.tolerance, pushed)
         if kept is not None:
             rows = rows.only(kept)
         y = whitening.apply(rows.residual)
@@ -219,3 +223,19 @@ def _whitened(
 def _joined(parts: Sequence[FloatArray]) -> FloatArray:
     """Return the rows of all stretches that whitening keeps."""
     return np.concatenate([part[ORDER:] for part in parts])
+
+
+def _beside_pushes(
+    rows: BandRows, resting: Sequence[Signals], settings: DiagnosisSettings
+) -> tuple[list[LibraryResidual], BoolArray]:
+    """
+    Return what all candidates leave, and beside it what they leave where nothing pushes.
+
+    A push bends the fit in which it is found. The rows of all stretches (rows, n) that pushes
+    spoil are told as well.
+    """
+    left = [library_residual(rows)]
+    pushed = pushed_rows(rows, left[0].left, resting, settings.tolerance)
+    if pushed.any():
+        left.append(library_residual(rows, pushed))
+    return left, pushed

@@ -48,13 +48,19 @@ class Whitening:
         resting: Sequence[Signals],
         leave_out: bool,
         tolerance: float,
+        pushed: BoolArray,
     ) -> Whitening:
         """
         Return the whitening of the noise in a residual.
 
         :param library: what it leaves: noise is what is steady, and a push need not be.
+        :param pushed: rows of all stretches (rows, n) that it was fitted without, if any.
         """
-        contacts = _contacts(rows, library.left, resting, tolerance**2)
+        before = None
+        if pushed.any():
+            ends = np.cumsum([len(part) for part in rows.residual])[:-1]
+            before = np.concatenate([own[ORDER:] for own in np.split(pushed, ends)])
+        contacts = _contacts(rows, library.left, resting, tolerance, before)
         models = []
         for i in range(rows.signals[0].robot.n):
             least = _LEAST_NOISE * max(float(rows.signals[0].scales.effort[i]), 1e-12)
@@ -110,11 +116,28 @@ def _pieces(
     return pieces or list(stretches)
 
 
+def pushed_rows(
+    rows: BandRows,
+    left: Sequence[Sequence[FloatArray]],
+    resting: Sequence[Signals],
+    tolerance: float,
+) -> BoolArray:
+    """Return the rows of all stretches in the band (rows, n) that are none of a motion alone."""
+    found = _contacts(rows, left, resting, tolerance)
+    parts, first = [np.zeros(part.shape, dtype=np.bool_) for part in rows.residual], 0
+    if found.contacts:
+        for own in parts:
+            own[ORDER:] = found.mask[first : first + len(own) - ORDER]
+            first += len(own) - ORDER
+    return np.concatenate(parts)
+
+
 def _contacts(
     rows: BandRows,
     left: Sequence[Sequence[FloatArray]],
     resting: Sequence[Signals],
-    second: float,
+    tolerance: float,
+    before: BoolArray | None = None,
 ) -> Contacts:
     """
     Return where the residual of the library is far beyond noise.
@@ -124,8 +147,10 @@ def _contacts(
     equations, nor what a reversal may add: all of them share what is fitted, and each may be
     another one.
 
-    :param second: that, as a share of effort: the square of the tolerance, the second order.
+    :param tolerance: of these numbers: in its square the equations may be wrong, as shares.
+    :param before: whitened rows (rows, n) of contacts that the library was fitted without.
     """
+    second = tolerance**2
     friction = 2.0 * _coulomb(rows)
     parts = []
     band = rows.signals[0].band
@@ -151,7 +176,8 @@ def _contacts(
         parts.append([column[seen] for column in columns])
     residual, times, load, moving, expected, wrong = map(np.concatenate, zip(*parts, strict=True))
     reach = -(-band.half // band.factor) + ORDER
-    return find_contacts(residual, times, band.output_step, load, moving, expected, reach, wrong)
+    step = band.output_step
+    return find_contacts(residual, times, step, load, moving, expected, reach, wrong, before)
 
 
 def _coulomb(rows: BandRows) -> FloatArray:

@@ -4,11 +4,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from known_robots import SLIDER_MASS, recording, slider_model
+from known_robots import SLIDER_MASS, recording, slider_model, slider_recording
 
+from sosml_friction.diagnosis.library import make_library
 from sosml_friction.model.terms.stribeck import Stribeck
+from sosml_friction.regression import library_residual as residuals
+from sosml_friction.regression.band_rows import BandRows
 from sosml_friction.regression.contacts import find_contacts, find_impacts
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
@@ -172,3 +177,62 @@ def test_where_a_coarse_position_turns_around_is_no_push(seed, push):
     contacts = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings).contacts
     found = {round(each.start_s) for each in contacts.contacts}
     assert 60 in found if push else not found
+
+
+def test_two_pushes_bend_no_fit_and_hide_no_rest():
+    """Pushes of 200 N: at each rest effort is another one within the 20 N of friction."""
+    step, pause, rng = 4e-3, 150, np.random.default_rng(5)
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, 350))
+    out = np.concatenate([rise, np.ones(pause), 1.0 - rise, np.zeros(pause)])
+    q = np.concatenate([size * out for size in rng.uniform(0.05, 0.4, 15)])
+    v = np.gradient(q, step)
+    tau = SLIDER_MASS * np.gradient(v, step) + 20.0 * np.sign(v) + 200.0 * v
+    t = step * np.arange(len(q))
+    rests = rng.uniform(-20.0, 20.0, len(q) // 350).repeat(350)
+    tau += rng.normal(0.0, 1.0, len(q)) + np.where(v == 0.0, np.resize(rests, len(q)), 0.0)
+    for start in (20.0, 41.0):
+        tau[(t > start) & (t < start + 0.6)] += 200.0
+    log, model = recording(('slider',), t, q, tau), slider_model(20.0, 200.0)
+    settings = DiagnosisSettings()
+    signals = prepare([log], model, model.make_robot(), settings)
+    found = WhitenedRegression.make(signals, make_library(()), settings)
+    assert [round(each.start_s) for each in found.contacts.contacts] == [20, 41]
+    assert found.whitening.standstill is not None
+
+
+def test_after_a_push_of_one_joint_no_other_is_looked_at(noise):
+    """Two levels in the second joint, which a fit with the push did not show."""
+    t, e = noise
+    push = 3.0 * switched(t)
+    both = np.column_stack([e[:, 0], e[:, 0] + push - push.mean()])
+    before = np.zeros(both.shape, dtype=bool)
+    before[1000:1030, 0] = True
+    both[1000:1030, 0] += 3.0
+    expected = both + np.array([0.0, push.mean()])
+    found, all_found = (
+        find_contacts(both, t, STEP, expected=expected, reach=3, before=own)
+        for own in (before, None)
+    )
+    assert {c.joint for c in found.contacts} == {0}
+    assert {c.joint for c in all_found.contacts} == {0, 1}
+
+
+def test_rows_that_say_nothing_change_no_step_in_time(monkeypatch):
+    """30 N from the middle on; most of it was left to the noise where half was pushed."""
+    log = slider_recording(duration=60.0)
+    tau = log.tau + np.where(log.time > 30.0, 30.0, 0.0)[:, None]
+    settings, model = DiagnosisSettings(), slider_model(20.0, 200.0)
+    signals = prepare([replace(log, tau=tau)], model, model.make_robot(), settings)
+    rows = BandRows.make(signals, {'stribeck': Stribeck()}, settings)
+    find, heights = residuals._step, []
+
+    def noted(*given):
+        found = find(*given)
+        heights.append(found[1])
+        return found
+
+    monkeypatch.setattr(residuals, '_step', noted)
+    turns = np.arange(len(rows.residual[0])) // 50 % 20
+    for share in (0.0, 0.25, 0.5, 0.75):
+        residuals.library_residual(rows, (turns < 20 * share)[:, None])
+    assert heights == pytest.approx(4 * [30.0], rel=0.02)
