@@ -36,6 +36,7 @@ _ERRORS, _SAMPLES = 4.0, 0.75
 #: Findings on a joint that matter here: their kind, and how bad they are if not a warning.
 _KINDS = {
     'position_unit': ('position', 'bad'),
+    'position_zero': ('position', 'warning'),
     'wrap': ('position', 'warning'),
     'velocity_unit': ('velocity', 'warning'),
     'rest': ('motion', 'bad'),

@@ -169,7 +169,7 @@ def check_joint(
         findings.append(DataFinding(check, name, REFUSED, sentence))
         return found, own_v, np.full_like(tau, np.nan), findings
     if effort is not None:
-        findings += _told(robot, i, effort)
+        findings += _told(robot, i, effort, _drives(found))
     if velocity is not None:
         own_v, told = _velocity(log, robot, i, velocity)
         findings += told
@@ -302,7 +302,7 @@ def _refusal(
             'cannot be told from gravity: record motion in both directions'
         )
     level = found.friction_level
-    drives = level < -3.0 * found.friction_level_error and -level > _FEIGNED * float(np.ptp(known))
+    drives = _drives(found) and -level > _FEIGNED * float(np.ptp(known))
     turned = effort is None or not effort.tells or effort.scale < 0.0
     if drives and turned and fewest_runs >= _FEWEST_RUNS:
         bodies = ''
@@ -336,6 +336,11 @@ def _without_sign(name: str, signed: float, as_it_is: float) -> tuple[str, str] 
     )
 
 
+def _drives(found: JointChecks) -> bool:
+    """Tell whether effort is smaller forwards than backwards, by three standard errors."""
+    return found.friction_level < -3.0 * found.friction_level_error
+
+
 def _is_unit(effort: EffortRelation) -> bool:
     """Tell whether gravity and inertia both say that the effort is in another unit."""
     parts = np.array([effort.gravity, effort.inertia]) / effort.scale
@@ -350,8 +355,12 @@ def _is_turned(zero: Zero, alone: float) -> bool:
     return masses and zero.misfit < _FAR * min(zero.upright, alone)
 
 
-def _told(robot: Robot, i: int, effort: EffortRelation) -> list[DataFinding]:
-    """Return what the effort beside the bodies says without refusing the joint."""
+def _told(robot: Robot, i: int, effort: EffortRelation, drives: bool) -> list[DataFinding]:
+    """
+    Return what the effort beside the bodies says without refusing the joint.
+
+    :param drives: whether friction would drive the joint.
+    """
     name, unit = robot.names[i], robot.effort_units[i]
     found = []
     scale = effort.scale
@@ -370,7 +379,9 @@ def _told(robot: Robot, i: int, effort: EffortRelation) -> list[DataFinding]:
             f'of its URDF need to move as they did: by that scale {_percent(effort.free)} of it '
             f'are left unexplained, by 1 {_percent(effort.as_it_is)}. '
         )
-        if scale < 0.0:
+        if scale < 0.0 and drives:
+            what += 'Friction drives it, too: turn the sign of its effort in the mapping'
+        elif scale < 0.0:
             what += 'Its axis or gravity in the URDF has the other sign'
         else:
             own = ''

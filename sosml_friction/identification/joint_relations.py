@@ -258,7 +258,8 @@ class Zero:
     Say from where a position counts, by the phase of gravity over it.
 
     ``at`` [rad]: where the URDF has what is read as 0; ``scale`` of the gravity that acts so, and
-    ``misfit`` what it leaves; ``upright``: what gravity of any scale leaves with 0 as it is.
+    ``misfit`` what it leaves; ``upright``: what gravity of any scale that masses may have leaves
+    with 0 as it is.
     """
 
     at: float
@@ -398,8 +399,10 @@ def effort_relation(
         turned = [gravity, np.array([robot.gravity(own)[i] for own in q + quarter])]
         if min(map(np.ptp, turned)) > 1e-6 * size:
             found, upright, _ = left(np.column_stack([gravity, friction]), tau - inertial)
-            # With the other sign it is upside down: another zero.
-            upright = upright if found[0] > 0.0 else left(friction, tau - inertial)[1]
+            # With the other sign it is upside down, another zero, and masses are no other ones.
+            scale = np.clip(found[0], 1.0 / SCALE, SCALE)
+            if scale != found[0]:
+                upright = left(friction, tau - inertial - scale * gravity)[1]
             found, misfit, _ = left(np.column_stack([*turned, friction]), tau - inertial)
             at, turned_scale = np.arctan2(found[1], found[0]), np.hypot(*found[:2])
             zero = Zero(float(at), float(turned_scale), misfit, upright)

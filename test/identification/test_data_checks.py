@@ -17,6 +17,7 @@ from scipy.signal import lfilter
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.tables.importer import import_recording
+from sosml_friction.diagnosis.data_checks import check_joints
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_checks import SHORTEST_S, check_data
 from sosml_friction.identification.data_finding import NOTE
@@ -265,6 +266,36 @@ def test_a_position_that_counts_from_elsewhere_is_told_by_the_phase_of_gravity(z
     said = [f.sentence for f in checks.findings]
     assert len(said) == bool(zero)
     assert not zero or f'seems to be {zero:.1f}'[:-1] in said[0]
+
+
+@pytest.mark.parametrize(('size', 'noise'), [(0.2, 0.012), (0.3, 0.024)])
+def test_gravity_of_masses_that_are_almost_twice_as_much_is_another_zero(size, noise):
+    """Along a short way g(q - 1) times cos 0 / cos 1 = 1.85 is g(q), and no masses are that."""
+    t = 0.02 * np.arange(3000)
+    q, v, a = sines(t, ((size, 0.5, 0.0), (0.4 * size, 2.3, 1.0)))
+    tau = 0.011 * a + 0.44 * np.sin(q) + 0.003 * np.sign(v) + 0.02 * v
+    tau += noise * np.random.default_rng(0).standard_normal(len(t))
+    model = pendulum_model(0.44 / (9.81 * 0.15), 0.15, 0.0, 0.004, 'j').make_robot()
+    log = recording(('j',), t, q + 1.0, tau)
+    _, checks = check_data(log, model)
+    assert [f.check for f in checks.findings] == ['position_zero']
+    assert [c.kind for c in check_joints(log, model)] == ['position']
+
+
+def test_where_friction_drives_a_joint_that_needs_less_than_nothing_its_effort_is_turned():
+    """Gravity alone would say that the URDF has the other sign: of it friction is no part."""
+    t = 0.02 * np.arange(3000)
+    q, v, a = sines(t, ((0.9, 0.5, 0.0), (0.3, 2.3, 1.0), (0.1, 5.1, 2.0)))
+    friction = 0.01 * np.sign(v) + 0.01 * v
+    model = pendulum_model(0.44 / (9.81 * 0.15), 0.15, 0.0, 0.15, 'j').make_robot()
+    said = []
+    for sign in (1.0, -1.0):
+        tau = -(0.157 * a + 0.44 * np.sin(q)) + sign * friction
+        tau += 1e-3 * np.random.default_rng(0).standard_normal(len(t))
+        _, checks = check_data(recording(('j',), t, q, tau), model)
+        said += [f.sentence for f in checks.findings if f.check == 'effort_unit']
+    assert 'gravity in the URDF has the other sign' in said[0]
+    assert 'turn the sign of its effort' in said[1]
 
 
 @pytest.mark.parametrize('i', [0, 1])
