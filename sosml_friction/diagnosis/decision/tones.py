@@ -8,7 +8,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.tone import Tone, strongest_tone
+from sosml_friction.diagnosis.decision.tone import BETWEEN_LINES, Tone, strongest_tone
 from sosml_friction.regression.chance import CHANCE
 from sosml_friction.regression.curves.tone_of_time import ToneOfTime
 from sosml_friction.regression.evidence import Fit
@@ -19,9 +19,6 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: recordings of the blind plant without a tone it was at most 0.119, with one of SNR 0.9 and more
 #: 0.35 and more.
 TONE_SHARE = 0.2
-#: Points between two lines of a periodogram, of all the time or way that there is: a tone between
-#: two of them loses 1 - sinc(1 / 8)^2 = 5 % of its energy.
-BETWEEN_LINES = 4
 
 
 def tones(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
-from sosml_friction.diagnosis.decision.tones import BETWEEN_LINES
+from sosml_friction.diagnosis.decision.tone import BETWEEN_LINES
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
 from sosml_friction.model.terms.cogging import lines
 from sosml_friction.model.terms.kinds.term import TERMS
