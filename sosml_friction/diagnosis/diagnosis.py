@@ -16,6 +16,7 @@ from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
 from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.decision.selector import nominal_friction
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.design import Design, Step
 from sosml_friction.diagnosis.extended_model.effort_error import stages
@@ -131,23 +132,35 @@ def diagnose(
     found = _searched(design, model, keep_all, without, step)
     if found.verdict != 'unknown_structure':
         return found
+    # What leaves something unknown beside it may only look like that.
     late = large_delay(design, recordings, model, step)
-    if late is None:
+    if late is not None:
+        recordings = recordings.undone(late, check_of(late))
+        library = {name: term for name, term in library.items() if name != EffortDelay.identifier}
+        holdout = holdout and late.undone(holdout)
+        design = Design.make(recordings, model, robot, holdout, library, settings, step)
+        beside = _searched(design, model, keep_all, without, step)
+        return found if beside.verdict == 'unknown_structure' else beside
+    laws = nominal_friction(design.laboratory)
+    # The law of one joint was asked for.
+    if len({joint for _, joint in laws}) < 2:
         return found
-    recordings = recordings.undone(late, check_of(late))
-    library = {name: term for name, term in library.items() if name != EffortDelay.identifier}
-    holdout = holdout and late.undone(holdout)
-    design = Design.make(recordings, model, robot, holdout, library, settings, step)
-    beside = _searched(design, model, keep_all, without, step)
-    # A delay that leaves something unknown beside it may only look like that.
-    return found if beside.verdict == 'unknown_structure' else beside
+    beside = _searched(design, model, keep_all, without, step, all_friction=True)
+    named = beside.selection.accepted if beside.selection is not None else ()
+    several = len({finding.joint for finding in named if finding.key in laws}) > 1
+    return beside if several and beside.verdict != 'unknown_structure' else found
 
 
 def _searched(
-    design: Design, model: RobotModelFile, keep_all: bool, without: tuple[str, ...], step: Step
+    design: Design,
+    model: RobotModelFile,
+    keep_all: bool,
+    without: tuple[str, ...],
+    step: Step,
+    all_friction: bool = False,
 ) -> Diagnosis:
     """Return what is found in a design."""
-    search = Search.run(design, step)
+    search = Search.run(design, step, all_friction)
     step('measuring the gain')
     return _concluded(search, Judgement.of(search, model, keep_all), without, step)
 

@@ -25,19 +25,19 @@ class Search:
         return self.selection.laboratory or self.design.laboratory
 
     @classmethod
-    def run(cls, design: Design, step: Step) -> 'Search':
+    def run(cls, design: Design, step: Step, all_friction: bool = False) -> 'Search':
         """
         Search the causes, in another design where the inertia turns out to be none of the model's.
 
         A gear that gives moves the nominal body, whose inertia the other causes may have hidden.
         """
         selector = Selector(design.laboratory, step)
-        selection = selector.run()
+        selection = selector.run(all_friction)
         stood_out = [*selection.accepted, selection.rejected]
         if any(own and isinstance(own.effect, TransmissionTerm) for own in stood_out):
             untold = design.untold_inertia([cause.placed for cause in selection.accepted])
             if untold:
                 design = design.with_free_inertia(untold, step)
                 selector = Selector(design.laboratory, step)
-                selection = selector.run()
+                selection = selector.run(all_friction)
         return cls(design, shown_gate(selector, selection))

@@ -3,12 +3,16 @@
 """Effort that is late by several samples is told, and nothing else is found for it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from known_robots import SLIDER_STEP, slider_model, slider_recording
 
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.large_delay import large_delay
+from sosml_friction.identification.body_comparison import BodyComparison
+from sosml_friction.identification.late_effort import LateEffort
 
 
 def late(samples, seed=0):
@@ -47,3 +51,14 @@ def test_effort_that_is_in_time_is_not_late(model):
 def test_where_no_delay_is_to_be_looked_for_none_is_told(model):
     found = diagnose([late(4)], model, without=('effort_delay',))
     assert 'effort_delay' not in [check.kind for check in found.checks]
+
+
+@pytest.mark.parametrize(('delay', 'error', 'large'), [(4e-3, 0.5e-3, False), (4e-3, 1e-3, True)])
+def test_a_delay_is_large_where_it_may_be(monkeypatch, delay, error, large):
+    """A radian of 30 Hz is 5.3 ms."""
+    late = LateEffort(delay, error, 2e-3, 2)
+    found = SimpleNamespace(late=late)
+    monkeypatch.setattr(BodyComparison, 'of', lambda *_, **__: found)
+    band = SimpleNamespace(cutoff=30.0)
+    design = SimpleNamespace(library=('effort_delay',), signals=(SimpleNamespace(band=band),))
+    assert large_delay(design, SimpleNamespace(logs=()), None, print) is (late if large else None)

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.tones import tone_in_place
 from sosml_friction.model.parameter import Z_95
-from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.chance import BEYOND_CHANCE
 from sosml_friction.regression.estimate import estimate, settle, with_amplitudes
@@ -41,14 +41,21 @@ class Selector:
         self.scorer = Scorer(laboratory)
         self._impossible = 0.0
 
-    def run(self) -> Selection:
-        """Return the causes that passed all gates, after backward elimination."""
+    def run(self, all_friction: bool = False) -> Selection:
+        """
+        Return the causes that passed all gates, after backward elimination.
+
+        :param all_friction: begin with all numbers of the nominal's friction as causes, instead of
+            none: those stay that explain more than their floors beside the others.
+        """
         lab = self.laboratory
         fit = Fit.make(lab.system, lab.y)
         result = Selection(fit.baseline, fit)
         self.scorer.refused.clear()
+        if all_friction:
+            result = self._with_all_friction(result)
         while True:
-            searched = self._without_idle(self._search(result))
+            searched = self._without_idle(self._search(result), 0 if all_friction else 1)
             result = self._without_impossible(searched)
             # What an impossible one stood for may be named then.
             if result is not searched:
@@ -57,6 +64,17 @@ class Selector:
             result = self._without_impossible(settled)
             if result is settled:
                 return result
+
+    def _with_all_friction(self, result: Selection) -> Selection:
+        """Return the selection with the friction of every joint accepted, each beside the rest."""
+        lab = self.laboratory
+        columns = [its.beside(result.system) for its in lab.columns]
+        ranking = self.scorer.ranked(result.fit, columns)
+        result = replace(result, ranking=tuple(ranking[:_LISTED]))
+        of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
+        keys = nominal_friction(lab)
+        each = [self._beside(result, of_grid, key, keys) for key in keys]
+        return result.refitted(lab, [replace(finding, failed=()) for finding in each])
 
     def settled(self, found: Selection) -> Selection:
         """
@@ -166,9 +184,7 @@ class Selector:
         lab, most = self.laboratory, best.delta_bic
         friction: list[tuple[str, int]] = []
         for i in range(lab.robot.n):
-            keys = [
-                c.key for c in lab.candidates if c.joint == i and _of_nominal_friction(c.effect)
-            ]
+            keys = [key for key in nominal_friction(lab) if key[1] == i]
             if any(finding.key in keys for finding in result.accepted):
                 continue
             if (evidence := self._together(result, of_grid, keys)) > most:
@@ -226,11 +242,15 @@ class Selector:
         share = finding.score.cv_gain / finding.score.energy
         return self._impossible * share - finding.score.cv_se
 
-    def _without_idle(self, result: Selection) -> Selection:
-        """Take out causes that the others, accepted later, have made unnecessary."""
+    def _without_idle(self, result: Selection, least: int) -> Selection:
+        """
+        Take out causes that the others, accepted later, have made unnecessary.
+
+        :param least: so many stay: one passed its gates with no other beside it.
+        """
         lab = self.laboratory
         nominal = len(lab.nominal.bound)
-        while len(result.accepted) > 1:
+        while len(result.accepted) > least:
             margins = []
             for k, finding in enumerate(result.accepted):
                 fit = result.refitted(lab, result.others(k)).fit
@@ -255,17 +275,41 @@ class Selector:
     def _impossible_one(self, result: Selection) -> tuple[int, str] | None:
         """Return which of the accepted has an impossible amplitude, and why; or None."""
         nominal = len(self.laboratory.nominal.bound)
+        efforts: list[tuple[Finding, FloatArray]] = []
         for k, (finding, own) in enumerate(with_amplitudes(result.accepted, nominal)):
             amplitude, error = result.after.x[own], finding.score.error
             place = finding.effect, finding.joint, finding.inner
             if reason := self.scorer.objection(*place, amplitude, error):
                 return k, reason
+            effort = finding.columns.C[:, :, 0] @ amplitude
+            for other, its in efforts:
+                if _alike(finding, other) and _cancel(effort, its):
+                    name = other.effect.identifier.replace('_', ' ')
+                    return k, f'it and the {name} cancel: together they are another curve'
+            efforts.append((finding, effort))
         return None
 
 
-def _of_nominal_friction(effect: Term) -> bool:
-    """Tell whether a cause is a number of the model's own friction law that is off."""
-    return effect.of_law and effect.parameter_error
+def _alike(one: Finding, other: Finding) -> bool:
+    """Tell whether two causes of a joint are one effect, or efforts over position."""
+    position = all(cause.effect.free_axis == 'position' for cause in (one, other))
+    return one.joint == other.joint and (position or one.effect is other.effect)
+
+
+def _cancel(one: FloatArray, other: FloatArray) -> bool:
+    """
+    Tell whether two efforts make less together than either does alone.
+
+    Two terms of a series do that where neither is there: of y = x^3 a line and a cosine, of a step
+    two exponentials.
+    """
+    both = float(np.sum((one + other) ** 2))
+    return both < min(float(np.sum(one**2)), float(np.sum(other**2)))
+
+
+def nominal_friction(laboratory: WhitenedRegression) -> list[tuple[str, int]]:
+    """Return the candidates that are numbers of the model's own friction laws that are off."""
+    return [c.key for c in laboratory.candidates if c.effect.of_law and c.effect.parameter_error]
 
 
 def _only_impossible(finding: Finding) -> bool:
