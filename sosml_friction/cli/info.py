@@ -32,4 +32,4 @@ def info(
     with progress(f'reading {bag}'):
         information = bag_information(Bag.open(bag, namespace))
     information['path'] = str(recording or bag)
-    print_result(json, information, information_blocks(information))
+    print_result(json, information, information_blocks(information, recording is not None))

@@ -224,10 +224,13 @@ def test_the_command_that_comes_next_can_be_pasted(sosml, tmp_path):
         (('slider.csv', '--guess', '--urdf', 'no.urdf', '--out', 'm'), 'no.urdf cannot be read'),
         (('x.mcap', '--guess'), 'x.mcap is a bag, or a folder: a bag of MCAP is used as it is'),
         (('words.csv', '--guess'), 'words.csv holds no numbers: give a recording'),
+        (('head.csv', '--guess'), 'head.csv holds no numbers: give a recording'),
     ],
 )
+@pytest.mark.filterwarnings('error')
 def test_what_guess_cannot_do_is_one_sentence(refused, tmp_path, arguments, sentence):
     write_csv(tmp_path)
     (tmp_path / 'x.mcap').write_bytes(b'')
     (tmp_path / 'words.csv').write_text('all,these\nare,words\n')
+    (tmp_path / 'head.csv').write_text('time_s,angle\n')
     assert sentence in refused('import', *arguments)

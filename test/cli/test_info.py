@@ -62,6 +62,8 @@ def test_a_table_is_told_as_a_bag_is(sosml, refused, tmp_path):
     assert document['path'] == 'x.csv'
     assert document['joint_states']['rate_hz'] == pytest.approx(200.0)
     assert document['joint_states']['measured'] == {'joint': ['position', 'effort']}
+    following = 'Next: sosml fit x.csv with the options that name its columns and --model ROBOT'
+    assert following in ' '.join(sosml('info', 'x.csv', *columns)[1].split())
     assert 'name its columns, as --position q' in refused('info', 'x.csv')
     assert '--pendulum' not in sosml('info', '--help')[1]
 

@@ -136,7 +136,7 @@ def _fits(values: NDArray[Any], ns: int) -> bool:
 
 def counts_samples(values: NDArray[Any]) -> bool:
     """Tell whether a series grows by 1 from sample to sample, nearly all the time."""
-    return bool((np.diff(values) == 1).mean() > _COUNTED)
+    return len(values) > 1 and bool((np.diff(values) == 1).mean() > _COUNTED)
 
 
 def _seconds_and_nanoseconds(series: Mapping[str, NDArray[Any]], stated: str) -> Time | None:

@@ -10,8 +10,14 @@ from rich.console import RenderableType
 from sosml_friction.report.common.table import FittingTable, terminal_table
 
 
-def information_blocks(information: Mapping[str, Any]) -> Iterator[str | RenderableType]:
-    """Return what a bag holds: sentences, then a table of its topics."""
+def information_blocks(
+    information: Mapping[str, Any], table: bool = False
+) -> Iterator[str | RenderableType]:
+    """
+    Return what a bag holds: sentences, then a table of its topics.
+
+    :param table: whether it is a table, whose columns options name.
+    """
     yield (
         f'{information["path"]}: {information["messages"]} messages over '
         f'{information["duration_s"]:.2f} s'
@@ -39,7 +45,9 @@ def information_blocks(information: Mapping[str, Any]) -> Iterator[str | Rendera
         )
     yield _topics(information['topics'])
     if motion is not None and not information['recovered']:
-        yield f'Next: sosml fit {information["path"]}'
+        own = [' with the options that name its columns'] if table else []
+        own += [] if held else [' and --model ROBOT' if own else ' with --model ROBOT']
+        yield f'Next: sosml fit {information["path"]}{"".join(own)}'
 
 
 def repair_blocks(document: Mapping[str, Any]) -> Iterator[str | RenderableType]:
