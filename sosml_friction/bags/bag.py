@@ -361,8 +361,10 @@ class Bag:
         topic = self._find(topic_suffix)
         if topic is None:
             return None
-        self._decodable(topic, STRING)
-        *_, (log_time_ns, last) = self.messages(topic)
+        entry = self._decodable(topic, STRING)
+        log_time_ns, place = int(entry.log_time_ns[-1]), (int(each[-1]) for each in entry.places)
+        with closing(MessageStore(self._regions)) as store:
+            last = store.fetch(*place)
         # Without rclpy, which takes longer to import than many a bag to read.
         text = plain_string(last)
         return str(self._decode(topic, log_time_ns, last).data) if text is None else text

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures as files of their own, for a paper, a talk or another program."""
 
+import gc
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -80,6 +81,8 @@ def write_figures(
                         file.write_text(figure_csv(drawn), encoding='utf-8')
                     else:
                         drawn.savefig(file)
+            # A drawn figure is a cycle, which commands leave where it is.
+            gc.collect()
     except OSError as error:
         raise refused(folder / FOLDER, error) from error
 
