@@ -150,13 +150,14 @@ class BodyComparison:
             and not term.parameters[COEFFICIENT].may_be(0.0)
         }
         listed = (*NOMINAL, *(term.label for term in shown), *lines)
-        curved = {term.joint for term in shown if term.term == 'stribeck'}
+        curved = {term.joint for term in shown if term.term == 'stribeck'} == {*fit.names}
+        # The fit itself is not kept for what may be asked later: of an hour it is 0.3 GB.
+        own = partial(fit_with, body_tolerance=fit.body.tolerance)
 
         def again(known: RobotModelFile) -> tuple[TermFit, TermFit]:
             """Return fits of what shows, and with a Stribeck term in all joints besides."""
-            own = partial(fit_with, known, body_tolerance=fit.body.tolerance)
-            found = own(listed)
-            return found, found if curved == {*fit.names} else own((*listed, 'stribeck'))
+            found = own(known, listed)
+            return found, found if curved else own(known, (*listed, 'stribeck'))
 
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
