@@ -115,9 +115,8 @@ def _uncollected() -> Iterator[None]:
     """
     Look for no garbage within: a command ends soon, and what it makes goes with it.
 
-    The looks are a fourteenth of the time of a diagnosis of two minutes, most of them among what
-    it imports. Arrays are freed without them; figures that are drawn to files are not, and are
-    looked for there.
+    Most of what the looks would go through are imports. Arrays are freed without them; figures
+    that are drawn to files are not, and are looked for there.
     """
     before = gc.isenabled()
     gc.disable()

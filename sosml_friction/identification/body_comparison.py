@@ -151,7 +151,8 @@ class BodyComparison:
         }
         listed = (*NOMINAL, *(term.label for term in shown), *lines)
         curved = {term.joint for term in shown if term.term == 'stribeck'} == {*fit.names}
-        # The fit itself is not kept for what may be asked later: of an hour it is 0.3 GB.
+        # The fit itself is not kept for what may be asked later: of an hour it is 0.3 GB
+        # (benchmarks/long_recordings.py 60).
         own = partial(fit_with, body_tolerance=fit.body.tolerance)
 
         def again(known: RobotModelFile) -> tuple[TermFit, TermFit]:

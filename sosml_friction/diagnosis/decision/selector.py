@@ -73,8 +73,7 @@ class Selector:
         result = replace(result, ranking=tuple(ranking[:_LISTED]))
         of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
         keys = nominal_friction(lab)
-        each = [self._beside(result, of_grid, key, keys) for key in keys]
-        return result.refitted(lab, [replace(finding, failed=()) for finding in each])
+        return result.refitted(lab, [self._beside(result, of_grid, key, keys) for key in keys])
 
     def settled(self, found: Selection) -> Selection:
         """
@@ -190,7 +189,7 @@ class Selector:
             if (evidence := self._together(result, of_grid, keys)) > most:
                 most, friction = evidence, keys
         while friction:
-            parts = [self._beside(result, of_grid, key, friction) for key in friction]
+            parts = [self._beside(result, of_grid, key, friction).judged() for key in friction]
             if not any(part.failed for part in parts):
                 return parts
             friction = [part.key for part in parts if not part.failed]
@@ -220,7 +219,7 @@ class Selector:
         key: tuple[str, int],
         keys: Sequence[tuple[str, int]],
     ) -> Finding:
-        """Return a candidate without inner parameters, judged beside others of a joint."""
+        """Return a candidate without inner parameters, beside others."""
         lab, others = self.laboratory, [of_grid[other] for other in keys if other != key]
         fit = Fit.make(result.system.extended(others), lab.y)
         (finding,) = (
@@ -228,7 +227,7 @@ class Selector:
             for candidate in lab.candidates
             if candidate.key == key
         )
-        return finding.judged()
+        return finding
 
     def _misfit(self, finding: Finding) -> float:
         """
