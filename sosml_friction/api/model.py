@@ -28,9 +28,15 @@ class Model:
     Hold a model; made by :meth:`read`, :meth:`from_urdf`, :meth:`from_mjcf` or :meth:`from_bag`.
 
     ``content`` is all that the model folder holds.
+
+    :raises ConfigurationError: if it is something else, as the path of the folder.
     """
 
     def __init__(self, content: RobotModelFile) -> None:
+        if not isinstance(content, RobotModelFile):
+            raise ConfigurationError(
+                f'{content!r} is no content of a model folder: sf.Model.read(folder) reads it'
+            )
         self.content = content
 
     @classmethod

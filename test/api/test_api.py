@@ -239,6 +239,11 @@ def test_what_is_no_recording_and_no_model_is_refused_in_a_sentence(log, model, 
         function(log, 'folder')
 
 
+def test_the_path_of_a_model_is_no_model():
+    with pytest.raises(ConfigurationError, match=r'sf\.Model\.read'):
+        sf.Model('config/exoskeleton')
+
+
 def test_a_path_that_is_not_there_is_told():
     with pytest.raises(DataError, match='no/bag does not exist: give the path'):
         sf.load('no/bag')

@@ -22,6 +22,7 @@ from sosml_friction.bags.tables.lost_sign import with_sign
 from sosml_friction.bags.tables.mapping import ImportMapping, Series, Signal, read_mapping
 from sosml_friction.bags.tables.missing_markers import missing_markers
 from sosml_friction.bags.tables.overflow import without_overflow
+from sosml_friction.bags.tables.series_evidence import RATES
 from sosml_friction.bags.tables.units import ANGULAR_UNITS, LINEAR_UNITS, TIME_UNITS
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
@@ -309,6 +310,12 @@ class _Reading:
                 f'{what} does not increase at index {k} ({t_ns[k - 1]} ns, then {t_ns[k]} ns), '
                 f'and {int(wrong.sum())} times in all: check its unit, sort the samples, or, '
                 'where its digits are too few, give sample_rate instead'
+            )
+        step = float(np.median(steps[~repeated])) if not repeated.all() else 0.0
+        if step > 0.0 and not RATES[0] <= 1e9 / step <= RATES[1]:
+            self.tell(
+                f'{what} makes {1e9 / step:.4g} samples per second, where joints are recorded at '
+                f'{RATES[0]:.0f} to {RATES[1]:.0f}: check its unit in the mapping'
             )
         if t_ns[0] < 0 and plan.start_time_ns == 0:
             # A trigger is the 0 of many loggers: what counts is the time between samples.

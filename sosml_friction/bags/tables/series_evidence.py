@@ -18,7 +18,7 @@ from sosml_friction.bags.wrap import wrap_period
 
 #: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own. One of
 #: 10 Hz is within, whatever its stamps are rounded to.
-_RATES = (9.5, 9_500.0)
+RATES = (9.5, 9_500.0)
 #: Stamps that rise by less than 1 are ms where they would be hours in s, else they may be of 1 to
 #: 10 Hz in s. Chosen, no measurement.
 _HOURS = 3600.0
@@ -122,9 +122,9 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         ns = TIME_UNITS[unit]
         rate = 1e9 / (step * ns) if step > 0.0 else 0.0
         may_be_s = unit == 'ms' and step < 1.0 and float(np.ptp(series[chosen])) < _HOURS
-        if may_be_s and rate < _RATES[1]:
+        if may_be_s and rate < RATES[1]:
             return Time(chosen, '', f'{why}; its step of {step:.4g} may be one in s or in ms')
-        if _RATES[0] <= rate < _RATES[1] and (unit == 'd' or _fits(series[chosen], ns)):
+        if RATES[0] <= rate < RATES[1] and (unit == 'd' or _fits(series[chosen], ns)):
             return Time(chosen, unit, f'{why}; in {unit} its median step makes {rate:.4g} Hz')
     return Time(chosen, '', f'{why}; its median step of {step:.4g} fits no unit')
 
@@ -237,7 +237,7 @@ def step_by_slopes(stamps: FloatArray, series: Mapping[str, FloatArray]) -> floa
     votes = {
         size: int((np.abs(factors / size - 1.0) < _SAME).sum())
         for size in (10.0**-k for k in range(10))
-        if _RATES[0] * step * size <= 1.0 < _RATES[1] * step * size
+        if RATES[0] * step * size <= 1.0 < RATES[1] * step * size
     }
     best = max(votes, key=lambda size: votes[size], default=0.0)
     return best if best and votes[best] and 2 * votes[best] >= len(factors) else 0.0

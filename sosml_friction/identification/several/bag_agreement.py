@@ -111,12 +111,11 @@ def _shape(fit: LawFit) -> tuple[float, float, float | None]:
     """
     Return what a law is not linear in beside v_s.
 
-    v0 of the sign, the exponent, and the power of speed of a law that has no Stribeck term.
+    v0 of the sign, the exponent, and the power of speed of a law that has no Stribeck term. The
+    exponent is the one drawn: a bag alone may not know any.
     """
-    found = fit.parameters.get('exponent')
-    fixed = law_definition(fit.law).fixed.get('exponent', 1.0)
-    bend = fit.drawn.get(POWER)
-    return fit.smoothing_velocity, fixed if found is None else found.value, bend
+    exponent = fit.drawn.get('exponent', law_definition(fit.law).fixed.get('exponent', 1.0))
+    return fit.smoothing_velocity, exponent, fit.drawn.get(POWER)
 
 
 class _Comparison:

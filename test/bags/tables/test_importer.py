@@ -163,6 +163,20 @@ def test_time_units(source, mapping, unit, values):
     assert unit in TIME_UNITS
 
 
+@pytest.mark.parametrize(
+    ('unit', 'step', 'rate'), [('ms', 0.005, '2e+05'), ('s', 10, '0.1'), ('s', 0.005, '')]
+)
+def test_a_rate_that_no_joint_is_recorded_at_is_told(source, mapping, unit, step, rate):
+    # s that are mapped as ms, ms that are mapped as s, and what is right.
+    told = []
+    plan = read_mapping(mapping({'time/unit': unit}))
+    log = read_recording(source(t=np.arange(5) * step), plan, told.append)
+    assert len(log) == 5
+    assert len(told) == bool(rate)
+    assert all(f'makes {rate} samples per second' in sentence for sentence in told)
+    assert all('check its unit in the mapping' in sentence for sentence in told)
+
+
 def test_integer_nanoseconds_keep_every_digit(source, mapping):
     stamps = np.array([1_700_000_000_123_456_789, 1_700_000_000_123_456_790])
     plan = read_mapping(mapping({'time/unit': 'ns'}))

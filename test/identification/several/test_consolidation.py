@@ -211,6 +211,17 @@ def test_knees_that_differ_are_told_as_that_and_the_mean_is_one_of_the_bags(chan
         assert bool(parameter.reason) == (len(set(truths)) > 1), name
 
 
+def test_a_bag_that_knows_of_no_exponent_takes_part():
+    """It was asked for a curve of the exponent NaN, and the joint fit ended in a LinAlgError."""
+    fits = {f'bag{k}': of_knee(k) for k in range(2)}
+    joint = fits['bag1'].joints['j']['o']
+    unknown = Parameter(float('nan'), '1', flags=(NOT_IDENTIFIABLE,))
+    own = replace(joint.fit, parameters={**joint.fit.parameters, 'exponent': unknown})
+    fits['bag1'] = replace(fits['bag1'], joints={'j': {'o': replace(joint, fit=own)}})
+    found = consolidate('j', 'o', 'Nm', fits, dict.fromkeys(fits, BagRole('', 'motion', '')))
+    assert (found.preferred, found.agreement.disagreements) == (JOINT, ())
+
+
 def test_bags_that_agree_are_seldom_said_to_differ():
     """1 % of false alarms are allowed for: 3 or more of 30 have a chance of less than 1 %."""
     alarms = sum(
