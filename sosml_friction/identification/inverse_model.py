@@ -159,7 +159,7 @@ class _InverseTask:
         q = sosfiltfilt(low_pass, q, axis=0)
         v = np.gradient(q, h, axis=0)
         a = np.gradient(v, h, axis=0)
-        gravity = np.array([self.robot.gravity(x)[self.i] for x in q])
+        gravity = self.robot.statics(q)[1][:, self.i]
         if self.robot.n == 1:
             inertial = a[:, 0]
         else:

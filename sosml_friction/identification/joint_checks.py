@@ -508,7 +508,7 @@ def _friction_level(
         return np.nan, np.nan
     sign = np.sign(v[rows])
     median = float(np.median(np.abs(v[rows])))
-    g = np.array([robot.gravity(q)[i] for q in log.q[rows]])
+    g = robot.statics(log.q[rows])[1][:, i]
     columns = [sign, v[rows] - sign * median, a[rows], g, np.ones(len(rows))]
     # A column that does not vary is the constant once more.
     X = np.column_stack([c for k, c in enumerate(columns) if k in (0, 4) or np.ptp(c) > 1e-9])

@@ -396,7 +396,7 @@ def effort_relation(
     if turns:
         # About its axis gravity turns with the joint: g(q + z) = cos z g(q) + sin z g(q + pi / 2).
         quarter = np.where(np.arange(robot.n) == i, 0.5 * np.pi, 0.0)
-        turned = [gravity, np.array([robot.gravity(own)[i] for own in q + quarter])]
+        turned = [gravity, robot.statics(q + quarter)[1][:, i]]
         if min(map(np.ptp, turned)) > 1e-6 * size:
             found, upright, _ = left(np.column_stack([gravity, friction]), tau - inertial)
             # With the other sign it is upside down, another zero, and masses are no other ones.

@@ -148,6 +148,17 @@ def place(b: FloatArray, parent: FloatArray, w: FloatArray, q: float, v: float) 
 
 
 @compiled
+def rigid_statics(tree: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return M (N, n, n) and g (N, n) along positions (N, n), of the ``tree`` above."""
+    count, n = q.shape
+    M, g = np.empty((count, n, n)), np.empty((count, n))
+    work, still, p = work_space(tree), np.zeros(n), np.empty(n)
+    for k in range(count):
+        rigid_terms(tree, q[k], still, work, p, g[k], M[k])
+    return M, -g
+
+
+@compiled
 def work_space(tree: FloatArray) -> FloatArray:
     """Return the ``work`` of :func:`rigid_terms`."""
     return np.empty((len(tree), WORK))

@@ -218,6 +218,25 @@ class Robot:
         q, v, a = (np.ascontiguousarray(x, dtype=float) for x in (q, v, a))
         return np.asarray(rigid_regressor(self.constants, self._order + 1, q, v, a))
 
+    def statics(
+        self, q: FloatArray, gravity: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """
+        Return :meth:`inertia` (N, n, n) and :meth:`gravity` (N, n) along positions, compiled.
+
+        :param q: positions (N, n) [rad or m].
+        :param gravity: another acceleration of gravity (3,) [m/s2].
+        """
+        # Numba is for those alone who come here.
+        from sosml_friction.model.rigid_terms import rigid_statics
+
+        tree = self.constants
+        if gravity is not None:
+            tree = tree.copy()
+            tree[0, :3] = gravity
+        M, g = rigid_statics(tree, np.ascontiguousarray(q, dtype=float))
+        return M, g
+
     def inertial_parameters(self) -> FloatArray:
         """
         Return (n, 10): m, m c (x, y, z), I (xx, xy, yy, xz, yz, zz) of the body of each joint.

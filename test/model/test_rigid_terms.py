@@ -91,6 +91,25 @@ def test_the_compiled_terms_are_those_of_pinocchio_to_1e_12(arm):
         np.testing.assert_array_equal(M, M.T)
 
 
+@pytest.mark.parametrize('arm', list(ARMS))
+def test_the_compiled_statics_are_those_of_pinocchio_to_1e_12(arm):
+    robot = ARMS[arm]()
+    q = np.random.default_rng(3).uniform(-3.0, 3.0, (50, robot.n))
+    M, g = robot.statics(q)
+    theirs = np.array([robot.inertia(x) for x in q]), np.array([robot.gravity(x) for x in q])
+    for ours, their in zip((M, g), theirs, strict=True):
+        np.testing.assert_allclose(ours, their, rtol=0, atol=1e-12 * np.abs(their).max())
+
+
+@pytest.mark.parametrize('arm', sorted({*ARMS} - {'mistaken'}))
+def test_gravity_that_points_elsewhere_is_that_of_pinocchio_to_1e_12(arm):
+    robot, down = ARMS[arm](), np.array([3.0, -1.0, 2.0])
+    q = np.random.default_rng(4).uniform(-3.0, 3.0, (50, robot.n))
+    theirs = np.array([robot.gravity_under(x, down) for x in q])
+    ours = robot.statics(q, down)[1]
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * max(np.abs(theirs).max(), 1.0))
+
+
 @pytest.mark.parametrize('arm', sorted({*ARMS} - {'mistaken'}))
 def test_the_compiled_regressor_is_that_of_pinocchio_to_1e_12(arm):
     robot = ARMS[arm]()

@@ -65,8 +65,8 @@ def _carried(signals: Recording, change: Body) -> FloatArray:
         key = ('gravity', *change.gravity)
         if key not in signals.cache:
             rows = coarse_rows(signals)
-            under = [signals.robot.gravity_under(q, change.gravity) for q in signals.q[rows]]
-            signals.cache[key] = between(signals, rows, np.array(under))
+            _, under = signals.robot.statics(signals.q[rows], change.gravity)
+            signals.cache[key] = between(signals, rows, under)
         result = result + signals.cache[key]
     return np.asarray(result)
 

@@ -36,16 +36,11 @@ def mass_and_slope(signals: Recording) -> tuple[FloatArray, FloatArray]:
         rows = coarse_rows(signals)
         robot = signals.robot
         n = robot.n
-        rotors = np.diag(robot.armature)
-        M = np.array([robot.inertia(q) - rotors for q in signals.q[rows]])
+        q = signals.q[rows]
+        M = robot.statics(q)[0] - np.diag(robot.armature)
         slope = np.empty((len(rows), n, n))
-        for j in range(n):
-            e = np.zeros(n)
-            e[j] = STEP
-            slope[:, :, j] = [
-                (robot.gravity(q + e) - robot.gravity(q - e)) / (2.0 * STEP)
-                for q in signals.q[rows]
-            ]
+        for j, e in enumerate(STEP * np.eye(n)):
+            slope[:, :, j] = (robot.statics(q + e)[1] - robot.statics(q - e)[1]) / (2.0 * STEP)
         signals.cache[('mass', 0)] = between(signals, rows, M)
         signals.cache[('slope', 0)] = between(signals, rows, slope)
     return signals.cache[('mass', 0)], signals.cache[('slope', 0)]
