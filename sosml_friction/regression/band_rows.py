@@ -13,7 +13,8 @@ from sosml_friction.arrays import ColumnArray, FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.candidate import Candidate, make_candidates
-from sosml_friction.regression.kernels import POINTS_AT_ONCE, ROWS_AT_ONCE, acts
+from sosml_friction.regression.column_norms import joints_acted_in
+from sosml_friction.regression.kernels import POINTS_AT_ONCE, ROWS_AT_ONCE
 from sosml_friction.regression.nominal import Nominal, make_nominal
 from sosml_friction.regression.rests import without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -158,7 +159,7 @@ def _all_joints(signals: Signals, candidate: Candidate) -> tuple[IndexArray, Flo
     """Return joints and columns (K, m, g, k), one grid point after the other."""
     joint, grid = candidate.joint, candidate.grid
     columns = candidate.effect.columns(signals, joint, grid[0])
-    rows = np.array([i for i in range(columns.shape[1]) if acts(columns[:, i])])
+    rows = joints_acted_in(columns)
     if not len(rows):
         rows = np.array([max(joint, 0)])
     part = np.empty((signals.band.count(len(columns)), len(rows), len(grid), columns.shape[2]))

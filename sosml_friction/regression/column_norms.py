@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import FloatArray, IndexArray
 
 #: Share of a column that others must leave of it, or its parameter cannot be told beside theirs.
 #: Then its error is a thousand times that beside none. Halved and doubled, no answer of ``python
@@ -13,6 +13,16 @@ COLLINEAR = 1e-3
 #: Share of a column that is rounding, and ridge of columns of norm 1, of which some are collinear:
 #: the root of the smallest share of a double, 2e-16, beside which what data tell is large.
 ROUNDING = 1e-8
+
+
+def joints_acted_in(columns: FloatArray) -> IndexArray:
+    """
+    Return the joints in which any of the columns (N, n, k) is more than rounding, in order.
+
+    What a cause does in one joint, as a body far from it, is a share of what it does in another.
+    """
+    size = np.linalg.norm(columns, axis=(0, 2))
+    return np.flatnonzero(~(size <= ROUNDING * size.max()))
 
 
 def column_norms(X: FloatArray) -> FloatArray:

@@ -97,11 +97,6 @@ def quantile_knots(x: FloatArray, count: int) -> FloatArray:
     return np.unique(np.quantile(x, np.linspace(0.01, 0.99, count)))
 
 
-def acts(columns: ColumnArray) -> bool:
-    """Tell whether any number of an array is not zero, a sample of its rows first."""
-    return bool(columns[:: max(1, len(columns) // 64)].any()) or bool(columns.any())
-
-
 def runs(mask: BoolArray) -> list[tuple[int, int]]:
     """Return where a mask (N,) is true, as half-open intervals [from, to)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]))).tolist()

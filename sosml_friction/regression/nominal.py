@@ -14,7 +14,7 @@ from sosml_friction.model.terms.effort_delay import effort_slope
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.regression.chance import SIGMAS
-from sosml_friction.regression.column_norms import ROUNDING
+from sosml_friction.regression.column_norms import ROUNDING, joints_acted_in
 from sosml_friction.regression.signals import Signals, bump, sign_state
 from sosml_friction.regression.stated import Stated
 
@@ -93,6 +93,9 @@ class Nominal:
             result[:, :, own] = known.term.columns(signals, known.joint, known.inner)
             k = own.stop
         result[:, :, k] = -effort_slope(signals)
+        for column in np.moveaxis(result, 2, 0):
+            others = np.setdiff1d(np.arange(n), joints_acted_in(column[:, :, None]))
+            column[:, others] = 0.0
         return result
 
     def _shares(self, recording: int) -> list[float]:

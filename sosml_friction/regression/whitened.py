@@ -18,6 +18,7 @@ from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.band_rows import BandRows, JointColumns, columns_in_band
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.chance import FEWEST
+from sosml_friction.regression.column_norms import joints_acted_in
 from sosml_friction.regression.contacts import Contacts
 from sosml_friction.regression.evidence import (
     Blocks,
@@ -188,7 +189,7 @@ class WhitenedRegression:
         for s in self.signals:
             columns = effect.columns(s, joint, inner)
             part = np.zeros((s.band.count(len(columns)), *columns.shape[1:]))
-            for i in np.flatnonzero(columns.any(axis=(0, 2))).tolist():
+            for i in joints_acted_in(columns).tolist():
                 own = np.ascontiguousarray(columns[:, i : i + 1])
                 part[:, i] = s.in_band(own, [i])[:, 0]
             parts.append(part)
