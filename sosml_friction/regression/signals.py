@@ -277,9 +277,12 @@ def find_scales(logs: Sequence[JointLog], model: RobotModelFile, robot: Robot) -
     for i, joint in enumerate(model.joints.values()):
         if joint.friction is None:
             continue
+        stated = {name: p.value for name, p in joint.friction.parameters.items()}
+        if any(np.isfinite(stated.get(name, np.nan)) for name in ('coulomb', 'viscous')):
+            # A model with numbers of friction says that there is none of what it leaves out.
+            stated = {**dict.fromkeys(('coulomb', 'viscous', 'bias'), 0.0), **stated}
         for name, values in friction.items():
-            if name in joint.friction.parameters:
-                values[i] = joint.friction.parameters[name].value
+            values[i] = stated.get(name, np.nan)
     limit = np.maximum(np.maximum(_SIGN_SHARE * span, _SIGN_QUANTA * quantum), 1e-12)
     known = np.isfinite(tau).any(axis=0)
     effort = np.zeros(n)
