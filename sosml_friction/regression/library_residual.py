@@ -142,22 +142,17 @@ def library_residual(rows: BandRows, pushed: BoolArray | None = None) -> Library
         G = G[np.ix_(act, act)] / norms / norms[:, None] + ROUNDING * np.eye(len(norms))
         fit = LibraryFit(rows, i, act, norms, G)
         fits.append(fit)
-        fitted = fit.fitted(fit.solved(r[act] / norms))
-        every_row = effort - fitted
-        residual = every_row * told
-        # A push is no line, nor a step: what it leaves stays as it is.
-        its_push = every_row - residual
-        left.append(np.split(_without_lines(rows, i, residual) + its_push, ends))
+        residual = effort - fit.fitted(fit.solved(r[act] / norms))
+        left.append(np.split(_without_lines(fit, residual, told), ends))
         starts = _starts(rows, every)
         known = np.concatenate(sums)[:, act] / norms
-        begin, height, beside = _step(residual, told, starts, known, G)
+        begin, height, beside = _step(residual * told, told, starts, known, G)
         if not height:
             steady.append(left[-1])
             continue
         step = fit.fitted(-beside)
         step[begin:] += 1.0
-        without = _without_lines(rows, i, residual - height * told * step)
-        steady.append(np.split(without + its_push, ends))
+        steady.append(np.split(_without_lines(fit, residual - height * step, told), ends))
     return LibraryResidual(left, steady, fits)
 
 
@@ -228,14 +223,18 @@ def _design_matrix(rows: BandRows, joint: int, s: int, part: slice) -> FloatArra
     return np.concatenate(stack, axis=1)
 
 
-def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArray:
+def _without_lines(fit: LibraryFit, residual: FloatArray, told: FloatArray) -> FloatArray:
     """
     Return a residual without the strongest points of the large grids.
 
     They are sinusoids of position; left in, the noise model would whiten them away. The strongest
-    is fitted and taken off, again and again, while it takes more than chance would.
+    is fitted beside the library and taken off, again and again, while it takes more than chance
+    would. What the library has of a sinusoid differs along its way: its curves follow it where
+    they have many knots, and alone it would stay where they have few.
+
+    :param told: 1 for the rows that say something, 0 for others, of which lines go as well.
     """
-    for candidate, parts in rows.in_joint(joint):
+    for candidate, parts in fit.rows.in_joint(fit.joint):
         if len(candidate.grid) <= SMALL_GRID:
             continue
         C = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)
@@ -243,15 +242,19 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
         kept: list[FloatArray] = []
         left = residual
         for _ in range(_LINES):
-            d = products(left[None], C.reshape(len(C), -1))[0].reshape(C.shape[1:])
+            seen = left * told
+            d = products(seen[None], C.reshape(len(C), -1))[0].reshape(C.shape[1:])
             gain = np.einsum('gk,gkl,gl->g', d, inverse, d)
             best = int(np.argmax(gain))
-            energy = float(left @ left)
-            if gain[best] < NEGLIGIBLE * energy + _CHANCE * energy / len(left):
+            energy = float(seen @ seen)
+            if gain[best] < NEGLIGIBLE * energy + _CHANCE * energy / len(seen):
                 break
-            kept.append(C[:, best])
+            # Between two points of a grid it is what both of them and the next one are together.
+            own = C[:, max(0, best - 1) : best + 2].reshape(len(C), -1).astype(np.float64)
+            kept.append(own - fit.taken(own * told[:, None]))
             X = np.concatenate(kept, axis=1)
-            left = residual - X @ np.linalg.lstsq(X, residual, rcond=1e-9)[0]
+            size = np.linalg.lstsq(X * told[:, None], residual * told, rcond=1e-9)[0]
+            left = residual - X @ size
         residual = left
     return residual
 

@@ -6,7 +6,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from known_robots import SLIDER_STEP, recording, slider_model, slider_recording
+from known_robots import (
+    SLIDER_MASS,
+    SLIDER_STEP,
+    recording,
+    slider_model,
+    slider_recording,
+)
 
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.library import make_library
@@ -55,6 +61,32 @@ def test_a_step_of_effort_is_no_noise_to_the_diagnosis():
     found = diagnose([slider(step=3.0)], MODEL, settings=SETTINGS)
     assert found.verdict == 'unknown_structure', found.sentence
     assert any(x.axis == 'time' for x in found.selection.remainder.beyond_chance)
+
+
+def far_once(ripple):
+    """Return the slider with a ripple of effort [N]: it goes far at first, and then no more."""
+    t = SLIDER_STEP * np.arange(round(60.0 / SLIDER_STEP))
+    size = 0.06 + 0.14 * np.exp(-((t / 6.0) ** 2))
+    q = size * np.sin(2.0 * np.pi * (0.15 * t + 0.004 * t**2))
+    v = np.gradient(q, SLIDER_STEP)
+    tau = SLIDER_MASS * np.gradient(v, SLIDER_STEP) + 20.0 * np.sign(v) + 200.0 * v
+    tau += ripple * np.cos(130.0 * q + 0.4) + np.random.default_rng(4).normal(0.0, 1.0, len(t))
+    return recording(('slider',), t, q, tau)
+
+
+def test_a_ripple_is_no_noise_where_a_position_is_come_to_once():
+    """
+    It was left where curves of position have few knots, 9 times the noise, and was a push.
+
+    Its frequency is between two points of the grid, and an eighth of the noise is more than what
+    16 lines and their curves can take of chance.
+    """
+    left = []
+    for ripple in (0.0, 30.0):
+        signals = prepare([far_once(ripple)], MODEL, MODEL.make_robot(), SETTINGS)
+        found = library_residual(BandRows.make(signals, make_library(), SETTINGS))
+        left.append(float(np.std(np.concatenate(found.left[0]))))
+    assert left[1] == pytest.approx(left[0], rel=0.125)
 
 
 def test_slow_noise_is_known_though_the_library_takes_most_of_it():
