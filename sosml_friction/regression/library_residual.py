@@ -3,13 +3,14 @@
 """What no candidate explains: the noise of the recordings, and contacts and impacts in it."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
-from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
+from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, IndexArray
+from sosml_friction.regression.band_rows import SMALL_GRID, BandRows, columns_in_band
+from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.chance import CHANCE, NEGLIGIBLE
 from sosml_friction.regression.column_norms import COLLINEAR, ROUNDING
 from sosml_friction.regression.kernels import ROWS_AT_ONCE, products, squares
@@ -19,6 +20,9 @@ from sosml_friction.regression.signals import Signals
 #: At most this many points of a large grid are taken off. Halved and doubled, no answer of
 #: ``python -m validation.sensitivity --seed 1`` changes.
 _LINES = 16
+#: Steps for the frequency of a line, of which each has the square of the error of the one before:
+#: a fourth is of no account. Its slope over frequency is from this share of the grid's step.
+_NEWTON, _SMALL = 3, 1e-3
 #: Times at which a step is tried, at most. 15 ms of a minute. Halved and doubled, no answer of
 #: ``python -m validation.sensitivity --seed 1`` changes.
 _STEPS = 4096
@@ -74,6 +78,29 @@ class LibraryFit:
             r += X.T @ efforts[first : first + len(X)]
             first += len(X)
         return self.fitted(self.solved(r[self.act] / self.norms[:, None]))
+
+    def inverse_beside(self, columns: ColumnArray, told: FloatArray) -> FloatArray:
+        """
+        Return the inverse products (g, l, l) of what the fit leaves of columns (K, g, l).
+
+        0 of columns of which it leaves nothing. In single precision, as the columns are.
+        """
+        shape = (len(self.norms), *columns.shape[1:])
+        crossed, whole, first = np.zeros(shape), np.zeros((*shape[1:], shape[2])), 0
+        weights = told.astype(columns.dtype)[:, None, None]
+        for s, part in _parts(self.rows):
+            X = _design_matrix(self.rows, self.joint, s, part)[:, self.act] / self.norms
+            its = slice(first, first + len(X))
+            first += len(X)
+            own = columns[its] * weights[its]
+            crossed += (X.astype(own.dtype).T @ own.reshape(len(own), -1)).reshape(shape)
+            whole += squares(own[:, None])
+        taken = self.solved(crossed.reshape(len(crossed), -1)).reshape(shape)
+        left = whole - np.einsum('pgk,pgl->gkl', crossed, taken)
+        some = np.einsum('gkk->g', left) > COLLINEAR * np.einsum('gkk->g', whole)
+        result = np.zeros(left.shape)
+        result[some] = np.linalg.pinv(left[some], hermitian=True)
+        return result
 
 
 @dataclass(frozen=True)
@@ -238,7 +265,7 @@ def _without_lines(fit: LibraryFit, residual: FloatArray, told: FloatArray) -> F
         if len(candidate.grid) <= SMALL_GRID:
             continue
         C = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)
-        inverse = np.linalg.pinv(squares(C[:, None]))
+        inverse = fit.inverse_beside(C, told)
         kept: list[FloatArray] = []
         left = residual
         for _ in range(_LINES):
@@ -249,14 +276,44 @@ def _without_lines(fit: LibraryFit, residual: FloatArray, told: FloatArray) -> F
             energy = float(seen @ seen)
             if gain[best] < NEGLIGIBLE * energy + _CHANCE * energy / len(seen):
                 break
-            # Between two points of a grid it is what both of them and the next one are together.
-            own = C[:, max(0, best - 1) : best + 2].reshape(len(C), -1).astype(np.float64)
-            kept.append(own - fit.taken(own * told[:, None]))
+            kept.append(_line(fit, candidate, best, left, told))
             X = np.concatenate(kept, axis=1)
             size = np.linalg.lstsq(X * told[:, None], residual * told, rcond=1e-9)[0]
             left = residual - X @ size
         residual = left
     return residual
+
+
+def _line(
+    fit: LibraryFit, candidate: Candidate, best: int, left: FloatArray, told: FloatArray
+) -> FloatArray:
+    """
+    Return the columns (K, k) of the line next to a point of a grid, beside the library.
+
+    Steps of Gauss and Newton for its frequency, between the points before and after.
+    """
+    (name,) = candidate.grid[best]
+    values = [inner[name] for inner in candidate.grid[max(0, best - 1) : best + 2]]
+    value, step = candidate.grid[best][name], _SMALL * (values[-1] - values[0])
+
+    def columns(at: float) -> FloatArray:
+        one = replace(candidate, grid=({name: at},))
+        joints, parts = columns_in_band(fit.rows.signals, one)
+        own = int(np.argmax(joints == fit.joint))
+        return np.concatenate([part[:, own, 0] for part in parts])
+
+    for _ in range(_NEWTON):
+        slope = (columns(value + step) - columns(value - step)) / (2.0 * step)
+        both = np.hstack([columns(value), slope])
+        both -= fit.taken(both * told[:, None])
+        X, D = np.split(both, 2, axis=1)
+        seen = left * told
+        size = np.linalg.lstsq(X * told[:, None], seen, rcond=1e-9)[0]
+        turned = np.column_stack([X, D @ size]) * told[:, None]
+        more = float(np.linalg.lstsq(turned, seen, rcond=1e-9)[0][-1])
+        value = float(np.clip(value + more, values[0], values[-1]))
+    line = columns(value)
+    return line - fit.taken(line * told[:, None])
 
 
 def unknown_at_rest(

@@ -93,7 +93,8 @@ def test_what_is_gone_does_not_recur_in_any_phase():
     diagnosis = found(0.0, size=0.0)
     gain = named(diagnosis)['cogging'].gain
     assert not gain.carries_over
-    assert gain.recurs.value == pytest.approx(0.0, abs=4.0 * gain.recurs.std_error)
+    # As above: what a reversal leaves has some of any ripple.
+    assert gain.recurs.value == pytest.approx(0.0, abs=4.0 * gain.recurs.std_error + 0.05)
     assert not gain.size_recurs or gain.size.value < 0.1
 
 
