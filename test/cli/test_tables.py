@@ -227,6 +227,17 @@ def test_what_is_no_table_is_told(sosml, tmp_path, given, sentence):
     assert sentence in err
 
 
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('time', [(), ('--time', 't'), ('--time', 't:s'), ('--rate', '500')])
+def test_a_header_without_rows_is_one_sentence(sosml, tmp_path, time):
+    (tmp_path / 'head.csv').write_text('t,q,f\n')
+    columns = ('--position', 'q', '--effort', 'f', *time)
+    for command in ('fit', 'diagnose'):
+        code, out, err = sosml(command, 'head.csv', *columns, *ROBOT)
+        assert (code, out) == (2, '')
+        assert err.splitlines()[-1] == 'sosml: head.csv holds no numbers: give a recording'
+
+
 def test_columns_of_a_bag_are_refused(sosml, tmp_path, slider_bag):
     code, _, err = sosml(*FIT, slider_bag, '--position', 'q')
     assert code == 2

@@ -113,6 +113,13 @@ class RecordedColumns:
                 is_marker = np.isin(values, markers)
                 self.series[name] = np.where(is_marker, np.nan, values) if markers else values
         self.count = max((len(x) for x in self.series.values()), default=0)
+        if not self.count:
+            objects = '; save objects of MATLAB, such as timeseries, as structs or numbers'
+            is_mat = self.data.path.suffix.lower() == '.mat'
+            others = '; '.join(self._of_other_length()) or (
+                f'holds no numbers: give a recording{objects if is_mat else ""}'
+            )
+            raise DataError(f'{self.data.path} {others}')
         if self.time.name and rate is None:
             self._tell_time()
         self.t: FloatArray = np.arange(float(self.count)) / (rate or 1.0)

@@ -109,7 +109,10 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         chosen = min(among, key=lambda name: rising[name])
         others = ', '.join(name for name in among if name != chosen)
         why = f'it grows all the time, in more even steps than {others} does'
-    step = float(np.median(np.diff(series[chosen])))
+    steps = np.diff(series[chosen])
+    if not len(steps):
+        return Time(chosen, '', why)
+    step = float(np.median(steps))
     word = read_header(chosen)
     if word.quantity == 'time' and word.unit:
         return Time(chosen, word.unit, f'{why}; its name has the unit')
