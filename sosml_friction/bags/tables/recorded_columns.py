@@ -4,7 +4,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -71,6 +71,7 @@ class RecordedColumns:
         urdf_text: str | None,
         time: evidence.Time | None = None,
         rate: float | None = None,
+        joints: Iterable[str] = (),
     ) -> None:
         if rate is not None and not 0.0 < rate < 1e9:
             raise ConfigurationError(
@@ -81,7 +82,13 @@ class RecordedColumns:
         self.series = data.series()
         self.result = Guess()
         self.is_named = not all(name.isdecimal() for name in data)
-        self.words = read_headers(self.series)
+        known = {} if urdf_text is None else read_joints(urdf_text).joints
+        self.kinds = {
+            name: joint.kind
+            for name, joint in known.items()
+            if joint.is_single and joint.mimic is None
+        }
+        self.words = read_headers(self.series, (*joints, *self.kinds))
         for name, word in self.words.items():
             steps = np.diff(self.series[name])
             falls = (steps < 0).mean() if len(steps) else 0.0
@@ -91,12 +98,6 @@ class RecordedColumns:
                 # Where each signal has a time of its own: Time_q, q, Time_tau, tau.
                 self.words[name] = word._replace(quantity='time')
         self._leave_out_base()
-        joints = {} if urdf_text is None else read_joints(urdf_text).joints
-        self.kinds = {
-            name: joint.kind
-            for name, joint in joints.items()
-            if joint.is_single and joint.mimic is None
-        }
         self.time = evidence.find_time(self.series) if time is None else time
         own = self.time.name
         if rate is not None and not (
@@ -116,10 +117,10 @@ class RecordedColumns:
         if not self.count:
             objects = '; save objects of MATLAB, such as timeseries, as structs or numbers'
             is_mat = self.data.path.suffix.lower() == '.mat'
-            others = '; '.join(self._of_other_length()) or (
+            told = '; '.join(self._of_other_length()) or (
                 f'holds no numbers: give a recording{objects if is_mat else ""}'
             )
-            raise DataError(f'{self.data.path} {others}')
+            raise DataError(f'{self.data.path} {told}')
         if self.time.name and rate is None:
             self._tell_time()
         self.t: FloatArray = np.arange(float(self.count)) / (rate or 1.0)

@@ -65,13 +65,14 @@ class _StatedColumns(Guesser):
         time = evidence.find_time(self.series, self._whole(name) if name else '')
         if unit:
             time = time._replace(unit=_known(unit, 'time', columns.time), reason='stated')
-        super().__init__(data, urdf_text, time, columns.rate)
+        self.named, self.positions = zip(
+            *map(self._of_joint, columns.quantities['position']), strict=True
+        )
+        super().__init__(data, urdf_text, time, columns.rate, self.named)
 
     def guess(self) -> Guess:
         """Return the mapping of the columns that are stated."""
-        named, positions = zip(
-            *map(self._of_joint, self.columns.quantities['position']), strict=True
-        )
+        named, positions = self.named, self.positions
         ordered = {
             quantity: self._in_order(quantity, entries, named)
             for quantity, entries in self.columns.quantities.items()

@@ -15,7 +15,7 @@ from scipy.io import savemat
 
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.guess import guess_mapping
-from sosml_friction.bags.tables.header_words import read_header
+from sosml_friction.bags.tables.header_words import read_header, read_headers
 from sosml_friction.bags.tables.importer import read_recording
 from sosml_friction.bags.tables.mapping import FILL_IN, parse_mapping
 from sosml_friction.bags.tables.stated_columns import Columns, map_columns
@@ -675,6 +675,44 @@ def test_noise_is_no_robot(tmp_path):
 )
 def test_names_say_quantity_unit_and_joint(name, quantity, unit, joint, is_wish):
     assert read_header(name)[:4] == (quantity, unit, joint, is_wish)
+
+
+@pytest.mark.parametrize(
+    ('name', 'unit', 'joint'),
+    [
+        ('q_turn', '', 'turn'),
+        ('ActPosTurn', '', 'Turn'),
+        ('turn_pos_deg', 'deg', 'turn'),
+        ('turn_turns', 'turns', 'turn'),
+        ('pos_turn [deg]', 'deg', 'turn'),
+        ('pos_m', '', 'm'),
+        ('vel_deg', '', 'deg'),
+        ('pos_tip', '', 'tip'),
+        ('pos_rad', 'rad', ''),
+    ],
+)
+def test_the_name_of_a_joint_is_no_unit(name, unit, joint):
+    (word,) = read_headers([name], ['arm_turn_joint', 'deg', 'm', 'tip']).values()
+    assert (word.unit, word.joint) == (unit, joint)
+
+
+@pytest.mark.parametrize('name', ['turn', 'deg', 'm', 'tip'])
+def test_a_column_with_the_name_of_a_joint_is_in_the_unit_that_its_numbers_tell(tmp_path, name):
+    (t, q, v, tau), (_, p, w, torque) = joint(8), joint(9)
+    names = ['t', 'pos_lift', f'pos_{name}', 'vel_lift', f'vel_{name}', 'tau_lift', f'tau_{name}']
+    data = save(tmp_path, [t, q, p, v, w, tau, torque], names)
+    columns = {
+        quantity: [f'{j}={short}_{j}' for j in ('lift', name)]
+        for quantity, short in {'position': 'pos', 'velocity': 'vel', 'effort': 'tau'}.items()
+    }
+    urdf = arm('lift', name)
+    guessed = guess_mapping(data, urdf)
+    for guess in (
+        guessed, map_columns(data, Columns(columns), urdf), map_columns(data, Columns(columns))
+    ):  # fmt: skip
+        own = {quantity: x['unit'] for quantity, x in guess.content['joints'][name].items()}
+        assert own == {'position': 'rad', 'velocity': 'rad/s', 'effort': 'Nm'}
+        assert guess.content['joints'][name]['position']['variable'] == f'pos_{name}'
 
 
 @given(st.text(max_size=30))
