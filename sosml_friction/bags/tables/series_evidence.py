@@ -87,8 +87,7 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         if grows and (steps > 0).mean() >= 1.0 - _REPEATED:
             rising[name] = float(np.std(steps) / np.mean(steps))
         elif grows and read_header(name).quantity == 'time':
-            share = 100.0 * float((steps == 0).mean())
-            unfit.append(f': {name} repeats {share:.3g} % of its stamps, too coarse for a time')
+            unfit.append(f': {name} {_repeats(steps)}')
         elif not np.isfinite(values).all() and read_header(name).quantity == 'time':
             unfit.append(f': {name} has no number at index {int(np.argmin(np.isfinite(values)))}')
         elif (steps < 0).any() and read_header(name).quantity == 'time':
@@ -121,6 +120,8 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     if word.quantity != 'time' and counts_samples(series[chosen]):
         why += '; it counts up by 1: ms at 1 kHz, or a count of the samples'
         return Time(chosen, '', why)
+    if step == 0.0:
+        return Time(chosen, '', f'{why}; it {_repeats(steps)}')
     for unit in _TOLD:
         ns = TIME_UNITS[unit]
         rate = 1e9 / (step * ns) if step > 0.0 else 0.0
@@ -130,6 +131,12 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         if RATES[0] <= rate < RATES[1] and (unit == 'd' or _fits(series[chosen], ns)):
             return Time(chosen, unit, f'{why}; in {unit} its median step makes {rate:.4g} Hz')
     return Time(chosen, '', f'{why}; its median step of {step:.4g} fits no unit')
+
+
+def _repeats(steps: NDArray[Any]) -> str:
+    """Return what is wrong with stamps most of which are those before them, for a sentence."""
+    share = 100.0 * float((steps == 0).mean())
+    return f'repeats {share:.3g} % of its stamps, too coarse for a time'
 
 
 def _fits(values: NDArray[Any], ns: int) -> bool:

@@ -65,6 +65,16 @@ class _StatedColumns(Guesser):
         time = evidence.find_time(self.series, self._whole(name) if name else '')
         if unit:
             time = time._replace(unit=_known(unit, 'time', columns.time), reason='stated')
+        stamps = self.series.get(time.name, np.zeros(1))
+        back = np.flatnonzero(np.diff(stamps) < 0)
+        if len(back) and columns.rate is None:
+            k = int(back[0])
+            raise DataError(
+                f'{data.path}: {time.name} was stated as time and goes back '
+                f'{len(back)} time{"s" if len(back) > 1 else ""}, first at row {k + 2} of the '
+                f'data, from {stamps[k]} to {stamps[k + 1]}: sort the rows by it, split the file '
+                'where a new recording begins, or name another column, which grows all the time'
+            )
         self.named, self.positions = zip(
             *map(self._of_joint, columns.quantities['position']), strict=True
         )
@@ -99,16 +109,11 @@ class _StatedColumns(Guesser):
         if self.rate is None and not self.time.unit:
             if not self.time.name and (unread := self._unread('time')):
                 raise DataError(unread[0])
+            name = self.time.name and f', time {self.time.name}'
             raise DataError(
-                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
-                '--time NAME:ms, or how many samples a second has, '
+                f'{self.data.path}{name}: {self.time.reason}: say which column is time and its '
+                'unit, as --time NAME:ms, or, without a time, how many samples a second has, '
                 + (self._stated_rate() or 'as --rate 500')
-            )
-        time = self.series.get(self.time.name, np.zeros(1))
-        if self.rate is None and (np.diff(time) < 0).any():
-            raise DataError(
-                f'{self.data.path}: {self.time.name} was stated as time and goes back: name the '
-                'column that grows all the time'
             )
         joints = list(named) if all(named) else self._places(stated['position'])
         strange = [joint for joint in joints if self.kinds and joint not in self.kinds]

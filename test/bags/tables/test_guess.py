@@ -147,7 +147,7 @@ def test_time_and_rate_are_one_too_many_and_none_is_too_few(tmp_path):
     guess = guess_mapping(data, rate=100.0)
     assert guess.remarks[0].startswith('t makes 250 Hz of it, and the rate of 100 Hz that was')
     without = save(tmp_path, [q, v, tau], ['q', 'dq', 'tau'])
-    with pytest.raises(DataError, match='or how many samples a second has, as --rate 500'):
+    with pytest.raises(DataError, match='how many samples a second has, as --rate 500'):
         map_columns(without, Columns(columns))
     guess = guess_mapping(without)
     assert guess.left_open == ['sample_rate']
@@ -732,7 +732,7 @@ STATED = [
         Columns({'position': ['q'], 'effort': ['i:Nm']}, scales=[1.8]),
         '--kt is given and effort i is in Nm: leave --kt out',
     ),
-    (Columns({'position': ['q']}, time='q:s'), 'q was stated as time and goes back: name'),
+    (Columns({'position': ['q']}, time='q:s'), r'q was stated as time and goes back \d+ times, '),
 ]
 
 
@@ -873,6 +873,32 @@ def test_a_time_with_too_few_digits_is_named(tmp_path):
     t, q, _, current = joint(9)
     guess = guess_mapping(save(tmp_path, [np.floor(t / 0.1) * 0.1, q, current], ['t', 'q', 'i']))
     assert re.search(r't repeats \d+(\.\d)? % of its stamps', ' '.join(guess.sentences()))
+
+
+def test_stated_stamps_most_of_which_repeat_are_told(tmp_path):
+    """Their median step is 0, which is none in s nor in ms."""
+    t, q, _, current = joint(9)
+    data = save(tmp_path, [np.floor(t / 0.1) * 0.1, q, current], ['t', 'q', 'i'])
+    told = r'x.csv, time t: stated; it repeats 96 % of its stamps.*without a time.* as --rate 500'
+    with pytest.raises(DataError, match=told):
+        map_columns(data, Columns({'position': ['q'], 'effort': ['i']}, 't', [1.0]))
+
+
+@pytest.mark.parametrize(
+    ('rows', 'sentence'),
+    [
+        (np.r_[1, 0, 2:2500], '1 time, first at row 2 of the data, from 0.004 to 0.0: sort'),
+        (np.r_[:1250, :1250], '1 time, first at row 1251 of the data, from 4.996 to 0.0: sort'),
+        (np.r_[0:2500:2, 1:2500:2][::-1], '2498 times, first at row 2 of the data'),
+    ],
+)
+def test_the_row_at_which_a_stated_time_goes_back_is_told(tmp_path, rows, sentence):
+    t, q, _, current = joint(9)
+    data = save(tmp_path, [t[rows], q, current], ['t', 'q', 'i'])
+    for time in ('t', 't:s'):
+        with pytest.raises(DataError, match=sentence) as caught:
+            map_columns(data, Columns({'position': ['q'], 'effort': ['i']}, time, [1.0]))
+        assert 'split the file where a new recording begins' in str(caught.value)
 
 
 def test_a_time_that_goes_back_is_named(tmp_path):
