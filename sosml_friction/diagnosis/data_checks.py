@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter1d
 
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import HOLE, lost_share
+from sosml_friction.bags.sampling import HOLE, lost_share, too_slow
 from sosml_friction.identification.data_checks import SHORTEST_S
 from sosml_friction.identification.data_finding import LEFT_OUT, WARNING
 from sosml_friction.identification.joint_checks import check_joint
@@ -108,6 +108,8 @@ def _time_base(log: JointLog) -> Check:
         'repeated_share': repeated,
         'backward_stamps': float(backward),
     }
+    if slow := too_slow(step):
+        return Check('time_base', 'bad', '*', slow, values)
     worst = max(lost, repeated)
     if worst > _USELESS:
         sentence = (

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.sampling import too_slow
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_finding import (
@@ -136,14 +137,8 @@ def check_data(
             'trajectory (sosml trajectory lists them)'
         )
     period = float(np.median(steps))
-    if period > WINDOW_S:
-        what = (
-            f'samples are {period:.3g} s apart, and speed is taken over {WINDOW_S:g} s: if the '
-            'time is in another unit, as ms that were taken for s, viscous friction and armatures '
-            'are off by as much and its square: state its unit (--time COLUMN:ms); else record at '
-            '50 Hz or more'
-        )
-        findings.append(DataFinding('sample_period', '*', WARNING, what))
+    if slow := too_slow(period):
+        raise DataError(slow)
     joints = {}
     v, tau, slopes = log.v.copy(), log.tau.copy(), Slopes.of(log)
     for i, name in enumerate(robot.names):

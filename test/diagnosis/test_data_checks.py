@@ -34,6 +34,15 @@ def test_an_effort_that_is_limited_for_some_of_the_time_is_told():
     assert 'stays at its extreme in' in check.sentence
 
 
+def test_a_time_in_ms_that_was_taken_for_s_is_no_data():
+    """An inertia a million times as large explained it well."""
+    log = slider_recording()
+    slow = replace(log, t_ns=1000 * log.t_ns, v=np.full_like(log.v, np.nan))
+    found = diagnose([slow], slider_model())
+    assert found.verdict == 'bad_data'
+    assert 'check the unit of time, as ms that were taken for s' in found.sentence
+
+
 def test_an_effort_without_its_sign_is_no_data():
     log = slider_recording()
     found = diagnose([replace(log, tau=np.abs(log.tau))], slider_model())

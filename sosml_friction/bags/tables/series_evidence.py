@@ -11,14 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.bags.sampling import repeated_rows
+from sosml_friction.bags.sampling import RATES, repeated_rows
 from sosml_friction.bags.tables.header_words import read_header
 from sosml_friction.bags.tables.units import TIME_UNITS, UNITS
 from sosml_friction.bags.wrap import wrap_period
 
-#: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own. One of
-#: 10 Hz is within, whatever its stamps are rounded to.
-RATES = (9.5, 9_500.0)
 #: Stamps that rise by less than 1 are ms where they would be hours in s, else they may be of 1 to
 #: 10 Hz in s. Chosen, no measurement.
 _HOURS = 3600.0
