@@ -268,8 +268,9 @@ def _whole_samples(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog
             'stamps of their own; take both from one, or interpolate one to the stamps of the '
             'other'
         )
+    lacking = ', '.join(name for name, times in counts.items() if times < len(log))
     what = (
-        f'{count} of {len(log)} samples lack a position and are left out, up to '
+        f'{count} of {len(log)} samples lack a position of {lacking} and are left out, up to '
         f'{max(len(run) for run in runs if not run[0])} in a row'
     )
     findings.append(DataFinding('incomplete_samples', '*', LEFT_OUT, what))
