@@ -279,26 +279,28 @@ class RecordedColumns:
                 fitting = [u for u in fitting if (u in LINEAR_UNITS) == (kind == 'prismatic')]
             if len(fitting) == 1:
                 return fitting[0], f'only of {fitting[0]} {velocity} is the slope in a usual unit'
-        spans = {
-            j: float(np.ptp(self.moving[r['position']]))
+        # Joints that slide say nothing of one that turns.
+        alike = {
+            j: r['position']
             for j, r in self.roles.items()
-            if r['position'] in self.moving
+            if (self.kinds.get(j) == 'prismatic') == (kind == 'prismatic')
         }
+        spans = {j: float(np.ptp(self.moving[x])) for j, x in alike.items() if x in self.moving}
         span = spans.get(joint, 0.0) if kind == 'prismatic' else max(spans.values(), default=0.0)
         if kind == 'prismatic':
             return ('m', 'it slides in the URDF') if span < 5.0 else ('mm', f'it moves {span:.3g}')
         values = self.series[name]
         if span > 100.0 and np.isfinite(values).all() and (values == np.rint(values)).all():
             return 'counts', f'whole numbers, {span:.0f} from end to end'
-        turning = [r for j, r in self.roles.items() if self.kinds.get(j) != 'prismatic']
-        far = max((self._farthest(r['position']) for r in turning), default=0.0)
+        far = max(map(self._farthest, alike.values()), default=0.0)
         own = spans.get(joint, 0.0)
         if span <= _RAD_SPAN[1] and far > _FAR:
             return FILL_IN, (
                 f'it moves {own:.3g}, and one of the joints is at {far:.3g}: deg or mm, it '
                 'seems, or rad after many turns'
             )
-        moves = f'{own:.3g}' if own == span else f'{own:.3g}, and another joint {span:.3g}'
+        widest = max(spans, key=lambda j: spans[j], default=joint)
+        moves = f'{own:.3g}' + f', and {widest} {span:.3g}' * (own < span)
         if kind is not None and span < _RAD_SPAN[1]:
             return 'rad', f'it turns in the URDF, and moves {moves}'
         if _RAD_SPAN[0] <= span <= _RAD_SPAN[1] and kind is None:

@@ -781,6 +781,23 @@ def test_a_span_that_no_joint_has_in_rad_is_asked_for(tmp_path):
     np.testing.assert_allclose(log.tau[:, 0], 2.0 * current)
 
 
+def test_the_joint_whose_span_makes_a_unit_doubtful_is_named(tmp_path):
+    (t, q, _, tau), (_, p, _, torque) = joint(8), joint(9)
+    data = save(tmp_path, [t, q, np.rad2deg(p), tau, torque], ['t', 'q1', 'q2', 'tau1', 'tau2'])
+    columns = Columns({'position': ['base=q1', 'mid=q2'], 'effort': ['base=tau1', 'mid=tau2']})
+    with pytest.raises(DataError, match=r'position q1: it moves [\d.]+, and mid \d+, which may'):
+        map_columns(data, columns, arm('base', 'mid'))
+
+
+def test_what_slides_leaves_the_unit_of_what_turns(tmp_path):
+    (t, q, _, tau), (_, p, _, torque) = joint(8), joint(9)
+    data = save(tmp_path, [t, 100.0 * q, p, tau, torque], ['t', 'q1', 'q2', 'tau1', 'tau2'])
+    urdf = arm('lift', 'base').replace('continuous', 'prismatic', 1)
+    content = map_columns(data, Columns({'position': ['q1', 'q2']}), urdf).content
+    units = {name: own['position']['unit'] for name, own in content['joints'].items()}
+    assert units == {'lift': 'mm', 'base': 'rad'}
+
+
 def test_dates_are_times(tmp_path):
     t, q, _, current = joint(9)
     begin = datetime(2025, 3, 30, 0, 59, 50, tzinfo=timezone.utc)
@@ -1464,4 +1481,4 @@ def test_each_joint_is_told_how_far_it_moves_itself(tmp_path):
     links = '<link name="l0"/><link name="l1"/><link name="l2"/>'
     guess = guess_mapping(DataFile(path), f'<robot name="x">{links}{"".join(turns)}</robot>')
     assert 'and moves 2' in guess.reasons['joints.j1.position']
-    assert guess.reasons['joints.j2.position'].endswith('and moves 0.6, and another joint 2')
+    assert guess.reasons['joints.j2.position'].endswith('and moves 0.6, and j1 2')
