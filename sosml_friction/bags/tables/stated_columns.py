@@ -78,6 +78,9 @@ class _StatedColumns(Guesser):
         self.named, self.positions = zip(
             *map(self._of_joint, columns.quantities['position']), strict=True
         )
+        for column in self.positions:
+            # Why one has no numbers says more than that nothing has.
+            self._whole(data.split_unit(column)[0])
         super().__init__(data, urdf_text, time, columns.rate, self.named)
 
     def guess(self) -> Guess:
