@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from sosml_friction.arrays import BoolArray, FloatArray
 
+#: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own. One of
+#: 10 Hz is within, whatever its stamps are rounded to.
+RATES = (9.5, 9_500.0)
 #: A step of fewer periods than this holds no other sample.
 _LONG = 1.5
 #: A step of more median steps than this is a hole: what happened in it is not known. Chosen, no
@@ -17,6 +20,17 @@ _LONG = 1.5
 HOLE = 5.0
 #: Steps to either side in which a stamp that came late is made up for.
 _BESIDE = 2
+
+
+def too_slow(step: float) -> str:
+    """Return a sentence on samples this far apart [s], '' if joints may be recorded so."""
+    if step <= 1.0 / RATES[0]:
+        return ''
+    return (
+        f'samples are {step:.3g} s apart, where joints are recorded at {RATES[0]:.0f} Hz and '
+        'more: check the unit of time, as ms that were taken for s (--time COLUMN:ms); else '
+        'record at 50 Hz or more'
+    )
 
 
 def repeated_rows(series: Iterable[NDArray[Any]]) -> BoolArray:

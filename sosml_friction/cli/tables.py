@@ -378,11 +378,11 @@ def stated_mapping(
 
 def _with_unit(data: DataFile, current: str) -> str:
     """Return a column of current with its unit: as stated, as its header says, else A."""
-    from sosml_friction.bags.tables.header_words import read_header
+    from sosml_friction.bags.tables.header_words import read_headers
 
     if ':' in current:
         return current
-    name = current.rpartition('=')[2]
-    word = read_header(data.find(name) or name)
+    joint, _, name = current.rpartition('=')
+    (word,) = read_headers([data.find(name) or name], [joint]).values()
     # What its header has in the place of a unit counts more than the name of the option.
     return current if word.is_unit_written or word.strange else f'{current}:A'

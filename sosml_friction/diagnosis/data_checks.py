@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with the data themselves: looked at first, without a model."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter1d
 
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import HOLE, lost_share
+from sosml_friction.bags.sampling import HOLE, lost_share, too_slow
 from sosml_friction.identification.data_checks import SHORTEST_S
 from sosml_friction.identification.data_finding import LEFT_OUT, WARNING
 from sosml_friction.identification.joint_checks import check_joint
@@ -23,6 +23,8 @@ from sosml_friction.regression.signals import Signals
 #: Shares of samples lost or repeated that are named, and that make data useless. Halved and
 #: doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes.
 _SOME, _USELESS = 5e-3, 0.2
+#: What becomes of samples that are lost.
+_HOLES = f'holes of up to {HOLE:g} samples are bridged, longer ones part the recording'
 #: Velocity that lags by more than this, and than one sampling interval, is named [s].
 _LAG = 1.5e-3
 #: Effort in steps of more than this share of its standard deviation is called coarse, and nothing
@@ -84,7 +86,9 @@ def rest_left_out(shares: Mapping[str, float]) -> Check:
 
 def check_log(log: JointLog) -> list[Check]:
     """Return what stamps, resolution and motion of a recording say, worst first."""
-    checks = [_time_base(log), *(_effort(log, i, name) for i, name in enumerate(log.names))]
+    checks = [_time_base(log)]
+    for i, name in enumerate(log.names):
+        checks += [_effort(log, i, name), *_lost_values(log, i, name)]
     order = {'bad': 0, 'warning': 1, 'note': 2}
     return sorted(checks, key=lambda check: order[check.severity])
 
@@ -108,6 +112,8 @@ def _time_base(log: JointLog) -> Check:
         'repeated_share': repeated,
         'backward_stamps': float(backward),
     }
+    if slow := too_slow(step):
+        return Check('time_base', 'bad', '*', slow, values)
     worst = max(lost, repeated)
     if worst > _USELESS:
         sentence = (
@@ -118,8 +124,7 @@ def _time_base(log: JointLog) -> Check:
     if worst > _SOME or backward:
         sentence = (
             f'{100 * lost:.2g} % of the samples are lost, {100 * repeated:.2g} % repeat the one '
-            f'before and are left out, {backward} stamps go backwards; holes of up to '
-            f'{HOLE:g} samples are bridged, longer ones part the recording'
+            f'before and are left out, {backward} stamps go backwards; {_HOLES}'
         )
         return Check('dropped_samples', 'warning', '*', sentence, values)
     sentence = f'{1.0 / step:.4g} samples per second, jitter {1e6 * jitter:.3g} us'
@@ -151,6 +156,19 @@ def _effort(log: JointLog, i: int, name: str) -> Check:
         f'steps of {quantum:.3g} with noise {noise:.2g}'
     )
     return Check('quantisation', 'note', name, sentence, values)
+
+
+def _lost_values(log: JointLog, i: int, name: str) -> Iterator[Check]:
+    """Yield what share of a joint's positions and efforts is lost in samples that came."""
+    for quantity, x in {'position': log.q[:, i], 'effort': log.tau[:, i]}.items():
+        lost = float(np.mean(~np.isfinite(x)))
+        # Of what is never known another check tells.
+        if _SOME < lost < 1.0:
+            sentence = (
+                f'{100 * lost:.2g} % of the samples have no {quantity} of {name} and are taken as '
+                f'lost; {_HOLES}'
+            )
+            yield Check(quantity, 'warning', name, sentence, {'lost_share': lost})
 
 
 def check_joints(log: JointLog, robot: Robot) -> list[Check]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.sampling import too_slow
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_finding import (
@@ -136,14 +137,8 @@ def check_data(
             'trajectory (sosml trajectory lists them)'
         )
     period = float(np.median(steps))
-    if period > WINDOW_S:
-        what = (
-            f'samples are {period:.3g} s apart, and speed is taken over {WINDOW_S:g} s: if the '
-            'time is in another unit, as ms that were taken for s, viscous friction and armatures '
-            'are off by as much and its square: state its unit (--time COLUMN:ms); else record at '
-            '50 Hz or more'
-        )
-        findings.append(DataFinding('sample_period', '*', WARNING, what))
+    if slow := too_slow(period):
+        raise DataError(slow)
     joints = {}
     v, tau, slopes = log.v.copy(), log.tau.copy(), Slopes.of(log)
     for i, name in enumerate(robot.names):
@@ -273,8 +268,9 @@ def _whole_samples(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog
             'stamps of their own; take both from one, or interpolate one to the stamps of the '
             'other'
         )
+    lacking = ', '.join(name for name, times in counts.items() if times < len(log))
     what = (
-        f'{count} of {len(log)} samples lack a position and are left out, up to '
+        f'{count} of {len(log)} samples lack a position of {lacking} and are left out, up to '
         f'{max(len(run) for run in runs if not run[0])} in a row'
     )
     findings.append(DataFinding('incomplete_samples', '*', LEFT_OUT, what))

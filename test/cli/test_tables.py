@@ -227,6 +227,24 @@ def test_what_is_no_table_is_told(sosml, tmp_path, given, sentence):
     assert sentence in err
 
 
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('time', [(), ('--time', 't'), ('--time', 't:s'), ('--rate', '500')])
+def test_a_header_without_rows_is_one_sentence(sosml, tmp_path, time):
+    (tmp_path / 'head.csv').write_text('t,q,f\n')
+    columns = ('--position', 'q', '--effort', 'f', *time)
+    for command in ('fit', 'diagnose'):
+        code, out, err = sosml(command, 'head.csv', *columns, *ROBOT)
+        assert (code, out) == (2, '')
+        assert err.splitlines()[-1] == 'sosml: head.csv holds no numbers: give a recording'
+
+
+def test_of_a_table_of_words_the_first_is_told(sosml, tmp_path):
+    (tmp_path / 'words.csv').write_text('t,q,f\na,b,c\nd,e,f\n')
+    code, _, err = sosml('fit', 'words.csv', '--position', 'q', '--effort', 'f', *ROBOT)
+    assert code == 2
+    assert "words.csv line 2, column 'q': 'b' is not a number" in err
+
+
 def test_columns_of_a_bag_are_refused(sosml, tmp_path, slider_bag):
     code, _, err = sosml(*FIT, slider_bag, '--position', 'q')
     assert code == 2

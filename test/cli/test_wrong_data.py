@@ -218,7 +218,7 @@ def some_saturated(log):
 
 
 PARTLY = [
-    (nan_runs, 'lack a position and are left out, up to 40 in a row', 'incomplete'),
+    (nan_runs, 'lack a position of slider and are left out, up to 40 in a row', 'incomplete'),
     (some_repeated, 'repeat the stamp of the one before and are left out', 'repeated_stamps'),
     (some_late, '', 'backward_stamps'),
     (clock_set, 'outside the longest stretch are left out', 'backward_stamps'),

@@ -240,12 +240,12 @@ def test_jitter_and_gaps_are_measured(good, robot):
     assert [f.level for f in checks.findings] == [NOTE]
 
 
-def test_a_time_in_ms_that_was_taken_for_s_is_a_warning(good, robot):
+def test_a_time_in_ms_that_was_taken_for_s_is_refused_and_10_hz_are_not(good, robot):
     slow = replace(good, t_ns=1000 * good.t_ns, v=np.full_like(good.v, np.nan))
-    (told,) = [f for f in check_data(slow, robot)[1].findings if f.check == 'sample_period']
-    assert told.level == 'warning'
-    assert told.sentence.startswith('samples are 4 s apart, and speed is taken over 0.1 s')
-    assert '--time COLUMN:ms' in told.sentence
+    told = 'samples are 4 s apart, where joints are recorded at 10 Hz and more: check the unit'
+    with pytest.raises(DataError, match=told):
+        check_data(slow, robot)
+    check_data(replace(slow, t_ns=25 * good.t_ns), robot)
 
 
 def test_the_resolution_of_an_encoder_is_found(good, robot):

@@ -55,13 +55,6 @@ class Guesser(NamedColumns):
 
     def guess(self) -> Guess:
         """Return the mapping that the file speaks for; see :func:`guess_mapping`."""
-        if not self.count:
-            objects = '; save objects of MATLAB, such as timeseries, as structs or numbers'
-            is_mat = self.data.path.suffix.lower() == '.mat'
-            others = '; '.join(self._of_other_length()) or (
-                f'holds no numbers: give a recording{objects if is_mat else ""}'
-            )
-            raise DataError(f'{self.data.path} {others}')
         self._put_time()
         self._name_positions()
         if not self._by_names():

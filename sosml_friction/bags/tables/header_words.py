@@ -119,20 +119,21 @@ class HeaderWord(NamedTuple):
         return f'[{self.strange}] in its name is no unit that is known{known}'
 
 
-def read_headers(names: Iterable[str]) -> dict[str, HeaderWord]:
+def read_headers(names: Iterable[str], joints: Iterable[str] = ()) -> dict[str, HeaderWord]:
     """
-    Return what the names of one table say.
+    Return what the names of one table say, where these ``joints`` are known.
 
     What is short for a wish may be the name of a joint: q_sp is that of the shoulder's pitch where
     all that was measured has a joint in its name, as q_sr has, and a set point beside q. So may be
     what is short for a unit: pos_m is that of the motor beside pos_l.
     """
-    words = {name: read_header(name) for name in names}
+    ends = _ends(joints)
+    words = {name: read_header(name, ends) for name in names}
     kinds = ('position', 'velocity', 'effort')
     own = {w.joint for w in words.values() if w.quantity in kinds and not w.is_wish}
     for name, word in words.items():
         if own and '' not in own and word.is_wish and word.quantity in kinds and not word.joint:
-            words[name] = read_header(name, _WISHES - _SHORT)
+            words[name] = read_header(name, ends, _WISHES - _SHORT)
         beside = [n for n in words if n != name and n[:-1] == name[:-1] and n[-1:].isalpha()]
         if word.unit == name[-1:] and beside and not any(words[n].unit for n in beside):
             joint = '_'.join(filter(None, (word.joint, word.unit)))
@@ -152,20 +153,16 @@ def _bracketed(name: str) -> str:
     return f'{behind[1]} [{behind[2]}]' if behind and is_unit else name
 
 
-def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
-    """Return what the name of a column says of it."""
-    unit = WRITTEN['time'].get(plain_unit(name), '')
-    if unit and len(name) > 1:
-        return HeaderWord('time', unit, is_unit_written=True)
-    name = _bracketed(name)
-    # A bracket with a number is the column of a table; of others that with a unit comes first.
-    brackets = sorted(
-        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', _NUMBER.sub('', name)),
-        key=lambda own: plain_unit(own[1]) not in SPELLINGS,
-    )
-    bracket = brackets[0] if brackets else None
-    bare = name if bracket is None else name.replace(bracket[0], ' ')
-    bare = bare.replace('_', ' ')
+def _ends(joints: Iterable[str]) -> list[list[str]]:
+    """Return, longest first, what a column may call these joints: turn is of arm_turn_joint."""
+    known = [[part.lower() for part in _parts(name, _WISHES)] for name in joints]
+    known = [own[:-1] if own[-1:] == ['joint'] else own for own in known]
+    return sorted((own[k:] for own in known for k in range(len(own))), key=len, reverse=True)
+
+
+def _parts(name: str, wishes: frozenset[str]) -> list[str]:
+    """Return the words of a name, and the numbers behind those that are known."""
+    bare = name.replace('_', ' ')
     for pattern, one in _JOINED:
         bare = pattern.sub(one, bare)
     words = [w for w in re.split(r'[^a-zA-Z0-9°]+', bare) if w]
@@ -180,7 +177,40 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
         split = re.fullmatch(r'([a-zA-Z]+)(\d+)', word)
         known = split is not None and split[1].lower() in {*_WORDS, *_FILLERS, *wishes}
         parts += [split[1], split[2]] if split is not None and known else [word]
+    return parts
+
+
+def _without_joint(words: list[str], ends: Sequence[list[str]]) -> list[str]:
+    """Return the words of a name with '' for those that are the name of a joint."""
+    for own in ends:
+        for k in range(len(words) - len(own) + 1):
+            if words[k : k + len(own)] == own:
+                return [*words[:k], *[''] * len(own), *words[k + len(own) :]]
+    return words
+
+
+def read_header(
+    name: str, ends: Sequence[list[str]] = (), wishes: frozenset[str] = _WISHES
+) -> HeaderWord:
+    """
+    Return what the name of a column says of it.
+
+    :param ends: words, in small letters, that are the name of a joint and so no unit.
+    """
+    unit = WRITTEN['time'].get(plain_unit(name), '')
+    if unit and len(name) > 1:
+        return HeaderWord('time', unit, is_unit_written=True)
+    name = _bracketed(name)
+    # A bracket with a number is the column of a table; of others that with a unit comes first.
+    brackets = sorted(
+        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', _NUMBER.sub('', name)),
+        key=lambda own: plain_unit(own[1]) not in SPELLINGS,
+    )
+    bracket = brackets[0] if brackets else None
+    bare = name if bracket is None else name.replace(bracket[0], ' ')
+    parts = _parts(bare, wishes)
     lower = [part.lower() for part in parts]
+    others = _without_joint(lower, ends)
     found = [part for part in lower if part in _WORDS]
     found = [part for part in found if part not in _WEAK] or found
     is_word = frozenset(found)
@@ -189,16 +219,16 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
     if found and len(found[-1]) == 1 and said in SPELLINGS - set(WRITTEN.get(quantity, ())):
         # A letter may be anything, and its unit says what: t [s] and T [K], q [rad] and q [A].
         found, quantity = [], ''
-    written = _written_unit(said, lower, quantity, found)
+    written = _written_unit(said, others, quantity, found)
     by_word = _BY_WORD.get(found[-1], '') if found else ''
     if not quantity and said is not None:
         quantity = next((q for q, units in WRITTEN.items() if said in units), '')
         written = WRITTEN.get(quantity, {}).get(said, '')
-    elif not written and len(lower) > 1 < len(lower[-1]) and (not found or len(found[-1]) == 1):
+    elif not written and len(others) > 1 < len(others[-1]) and (not found or len(found[-1]) == 1):
         # The unit behind a name, or a letter, says what it is of: j1_deg, t1_Nm.
-        ends = {q: _written_unit(None, lower, q, [lower[-2]]) for q in UNITS}
-        own = next((q for q, unit in ends.items() if unit and UNITS[q][unit]), '')
-        found, quantity, written = ([], own, ends[own]) if own else (found, quantity, written)
+        last = {q: _written_unit(None, others, q, [lower[-2]]) for q in UNITS}
+        own = next((q for q, unit in last.items() if unit and UNITS[q][unit]), '')
+        found, quantity, written = ([], own, last[own]) if own else (found, quantity, written)
     strange = ''
     if bracket is not None and not written:
         inside = re.split(r'[^a-zA-Z0-9°]+', bracket[1].lower())
@@ -207,11 +237,11 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
     of_units = {part for own in WRITTEN.get(quantity, ()) for part in (own, *own.split('/'))}
     rest = [
         part
-        for part, low in zip(parts, lower, strict=True)
+        for part, low, other in zip(parts, lower, others, strict=True)
         if low not in is_word
         and low not in wishes
         and low not in _FILLERS
-        and not (low in of_units and written)
+        and not (other in of_units and written)
     ]
     return HeaderWord(
         quantity,

@@ -16,13 +16,12 @@ from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.bags.controllers import controller_tags
 from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.bags.sampling import repeated_rows
+from sosml_friction.bags.sampling import RATES, repeated_rows
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.lost_sign import with_sign
 from sosml_friction.bags.tables.mapping import ImportMapping, Series, Signal, read_mapping
 from sosml_friction.bags.tables.missing_markers import missing_markers
 from sosml_friction.bags.tables.overflow import without_overflow
-from sosml_friction.bags.tables.series_evidence import RATES
 from sosml_friction.bags.tables.units import ANGULAR_UNITS, LINEAR_UNITS, TIME_UNITS
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError

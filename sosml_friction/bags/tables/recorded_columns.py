@@ -4,7 +4,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -71,6 +71,7 @@ class RecordedColumns:
         urdf_text: str | None,
         time: evidence.Time | None = None,
         rate: float | None = None,
+        joints: Iterable[str] = (),
     ) -> None:
         if rate is not None and not 0.0 < rate < 1e9:
             raise ConfigurationError(
@@ -81,7 +82,13 @@ class RecordedColumns:
         self.series = data.series()
         self.result = Guess()
         self.is_named = not all(name.isdecimal() for name in data)
-        self.words = read_headers(self.series)
+        known = {} if urdf_text is None else read_joints(urdf_text).joints
+        self.kinds = {
+            name: joint.kind
+            for name, joint in known.items()
+            if joint.is_single and joint.mimic is None
+        }
+        self.words = read_headers(self.series, (*joints, *self.kinds))
         for name, word in self.words.items():
             steps = np.diff(self.series[name])
             falls = (steps < 0).mean() if len(steps) else 0.0
@@ -91,12 +98,6 @@ class RecordedColumns:
                 # Where each signal has a time of its own: Time_q, q, Time_tau, tau.
                 self.words[name] = word._replace(quantity='time')
         self._leave_out_base()
-        joints = {} if urdf_text is None else read_joints(urdf_text).joints
-        self.kinds = {
-            name: joint.kind
-            for name, joint in joints.items()
-            if joint.is_single and joint.mimic is None
-        }
         self.time = evidence.find_time(self.series) if time is None else time
         own = self.time.name
         if rate is not None and not (
@@ -113,6 +114,13 @@ class RecordedColumns:
                 is_marker = np.isin(values, markers)
                 self.series[name] = np.where(is_marker, np.nan, values) if markers else values
         self.count = max((len(x) for x in self.series.values()), default=0)
+        if not self.count:
+            objects = '; save objects of MATLAB, such as timeseries, as structs or numbers'
+            is_mat = self.data.path.suffix.lower() == '.mat'
+            told = '; '.join(self._of_other_length()) or (
+                f'holds no numbers: give a recording{objects if is_mat else ""}'
+            )
+            raise DataError(f'{self.data.path} {told}')
         if self.time.name and rate is None:
             self._tell_time()
         self.t: FloatArray = np.arange(float(self.count)) / (rate or 1.0)
@@ -271,26 +279,28 @@ class RecordedColumns:
                 fitting = [u for u in fitting if (u in LINEAR_UNITS) == (kind == 'prismatic')]
             if len(fitting) == 1:
                 return fitting[0], f'only of {fitting[0]} {velocity} is the slope in a usual unit'
-        spans = {
-            j: float(np.ptp(self.moving[r['position']]))
+        # Joints that slide say nothing of one that turns.
+        alike = {
+            j: r['position']
             for j, r in self.roles.items()
-            if r['position'] in self.moving
+            if (self.kinds.get(j) == 'prismatic') == (kind == 'prismatic')
         }
+        spans = {j: float(np.ptp(self.moving[x])) for j, x in alike.items() if x in self.moving}
         span = spans.get(joint, 0.0) if kind == 'prismatic' else max(spans.values(), default=0.0)
         if kind == 'prismatic':
             return ('m', 'it slides in the URDF') if span < 5.0 else ('mm', f'it moves {span:.3g}')
         values = self.series[name]
         if span > 100.0 and np.isfinite(values).all() and (values == np.rint(values)).all():
             return 'counts', f'whole numbers, {span:.0f} from end to end'
-        turning = [r for j, r in self.roles.items() if self.kinds.get(j) != 'prismatic']
-        far = max((self._farthest(r['position']) for r in turning), default=0.0)
+        far = max(map(self._farthest, alike.values()), default=0.0)
         own = spans.get(joint, 0.0)
         if span <= _RAD_SPAN[1] and far > _FAR:
             return FILL_IN, (
                 f'it moves {own:.3g}, and one of the joints is at {far:.3g}: deg or mm, it '
                 'seems, or rad after many turns'
             )
-        moves = f'{own:.3g}' if own == span else f'{own:.3g}, and another joint {span:.3g}'
+        widest = max(spans, key=lambda j: spans[j], default=joint)
+        moves = f'{own:.3g}' + f', and {widest} {span:.3g}' * (own < span)
         if kind is not None and span < _RAD_SPAN[1]:
             return 'rad', f'it turns in the URDF, and moves {moves}'
         if _RAD_SPAN[0] <= span <= _RAD_SPAN[1] and kind is None:

@@ -11,14 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.bags.sampling import repeated_rows
+from sosml_friction.bags.sampling import RATES, repeated_rows
 from sosml_friction.bags.tables.header_words import read_header
 from sosml_friction.bags.tables.units import TIME_UNITS, UNITS
 from sosml_friction.bags.wrap import wrap_period
 
-#: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own. One of
-#: 10 Hz is within, whatever its stamps are rounded to.
-RATES = (9.5, 9_500.0)
 #: Stamps that rise by less than 1 are ms where they would be hours in s, else they may be of 1 to
 #: 10 Hz in s. Chosen, no measurement.
 _HOURS = 3600.0
@@ -87,8 +84,7 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         if grows and (steps > 0).mean() >= 1.0 - _REPEATED:
             rising[name] = float(np.std(steps) / np.mean(steps))
         elif grows and read_header(name).quantity == 'time':
-            share = 100.0 * float((steps == 0).mean())
-            unfit.append(f': {name} repeats {share:.3g} % of its stamps, too coarse for a time')
+            unfit.append(f': {name} {_repeats(steps)}')
         elif not np.isfinite(values).all() and read_header(name).quantity == 'time':
             unfit.append(f': {name} has no number at index {int(np.argmin(np.isfinite(values)))}')
         elif (steps < 0).any() and read_header(name).quantity == 'time':
@@ -109,7 +105,10 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         chosen = min(among, key=lambda name: rising[name])
         others = ', '.join(name for name in among if name != chosen)
         why = f'it grows all the time, in more even steps than {others} does'
-    step = float(np.median(np.diff(series[chosen])))
+    steps = np.diff(series[chosen])
+    if not len(steps):
+        return Time(chosen, '', why)
+    step = float(np.median(steps))
     word = read_header(chosen)
     if word.quantity == 'time' and word.unit:
         return Time(chosen, word.unit, f'{why}; its name has the unit')
@@ -118,6 +117,8 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     if word.quantity != 'time' and counts_samples(series[chosen]):
         why += '; it counts up by 1: ms at 1 kHz, or a count of the samples'
         return Time(chosen, '', why)
+    if step == 0.0:
+        return Time(chosen, '', f'{why}; it {_repeats(steps)}')
     for unit in _TOLD:
         ns = TIME_UNITS[unit]
         rate = 1e9 / (step * ns) if step > 0.0 else 0.0
@@ -127,6 +128,12 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         if RATES[0] <= rate < RATES[1] and (unit == 'd' or _fits(series[chosen], ns)):
             return Time(chosen, unit, f'{why}; in {unit} its median step makes {rate:.4g} Hz')
     return Time(chosen, '', f'{why}; its median step of {step:.4g} fits no unit')
+
+
+def _repeats(steps: NDArray[Any]) -> str:
+    """Return what is wrong with stamps most of which are those before them, for a sentence."""
+    share = 100.0 * float((steps == 0).mean())
+    return f'repeats {share:.3g} % of its stamps, too coarse for a time'
 
 
 def _fits(values: NDArray[Any], ns: int) -> bool:

@@ -65,13 +65,27 @@ class _StatedColumns(Guesser):
         time = evidence.find_time(self.series, self._whole(name) if name else '')
         if unit:
             time = time._replace(unit=_known(unit, 'time', columns.time), reason='stated')
-        super().__init__(data, urdf_text, time, columns.rate)
+        stamps = self.series.get(time.name, np.zeros(1))
+        back = np.flatnonzero(np.diff(stamps) < 0)
+        if len(back) and columns.rate is None:
+            k = int(back[0])
+            raise DataError(
+                f'{data.path}: {time.name} was stated as time and goes back '
+                f'{len(back)} time{"s" if len(back) > 1 else ""}, first at row {k + 2} of the '
+                f'data, from {stamps[k]} to {stamps[k + 1]}: sort the rows by it, split the file '
+                'where a new recording begins, or name another column, which grows all the time'
+            )
+        self.named, self.positions = zip(
+            *map(self._of_joint, columns.quantities['position']), strict=True
+        )
+        for column in self.positions:
+            # Why one has no numbers says more than that nothing has.
+            self._whole(data.split_unit(column)[0])
+        super().__init__(data, urdf_text, time, columns.rate, self.named)
 
     def guess(self) -> Guess:
         """Return the mapping of the columns that are stated."""
-        named, positions = zip(
-            *map(self._of_joint, self.columns.quantities['position']), strict=True
-        )
+        named, positions = self.named, self.positions
         ordered = {
             quantity: self._in_order(quantity, entries, named)
             for quantity, entries in self.columns.quantities.items()
@@ -98,16 +112,11 @@ class _StatedColumns(Guesser):
         if self.rate is None and not self.time.unit:
             if not self.time.name and (unread := self._unread('time')):
                 raise DataError(unread[0])
+            name = self.time.name and f', time {self.time.name}'
             raise DataError(
-                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
-                '--time NAME:ms, or how many samples a second has, '
+                f'{self.data.path}{name}: {self.time.reason}: say which column is time and its '
+                'unit, as --time NAME:ms, or, without a time, how many samples a second has, '
                 + (self._stated_rate() or 'as --rate 500')
-            )
-        time = self.series.get(self.time.name, np.zeros(1))
-        if self.rate is None and (np.diff(time) < 0).any():
-            raise DataError(
-                f'{self.data.path}: {self.time.name} was stated as time and goes back: name the '
-                'column that grows all the time'
             )
         joints = list(named) if all(named) else self._places(stated['position'])
         strange = [joint for joint in joints if self.kinds and joint not in self.kinds]

@@ -15,7 +15,7 @@ from scipy.io import savemat
 
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.guess import guess_mapping
-from sosml_friction.bags.tables.header_words import read_header
+from sosml_friction.bags.tables.header_words import read_header, read_headers
 from sosml_friction.bags.tables.importer import read_recording
 from sosml_friction.bags.tables.mapping import FILL_IN, parse_mapping
 from sosml_friction.bags.tables.stated_columns import Columns, map_columns
@@ -147,7 +147,7 @@ def test_time_and_rate_are_one_too_many_and_none_is_too_few(tmp_path):
     guess = guess_mapping(data, rate=100.0)
     assert guess.remarks[0].startswith('t makes 250 Hz of it, and the rate of 100 Hz that was')
     without = save(tmp_path, [q, v, tau], ['q', 'dq', 'tau'])
-    with pytest.raises(DataError, match='or how many samples a second has, as --rate 500'):
+    with pytest.raises(DataError, match='how many samples a second has, as --rate 500'):
         map_columns(without, Columns(columns))
     guess = guess_mapping(without)
     assert guess.left_open == ['sample_rate']
@@ -677,6 +677,44 @@ def test_names_say_quantity_unit_and_joint(name, quantity, unit, joint, is_wish)
     assert read_header(name)[:4] == (quantity, unit, joint, is_wish)
 
 
+@pytest.mark.parametrize(
+    ('name', 'unit', 'joint'),
+    [
+        ('q_turn', '', 'turn'),
+        ('ActPosTurn', '', 'Turn'),
+        ('turn_pos_deg', 'deg', 'turn'),
+        ('turn_turns', 'turns', 'turn'),
+        ('pos_turn [deg]', 'deg', 'turn'),
+        ('pos_m', '', 'm'),
+        ('vel_deg', '', 'deg'),
+        ('pos_tip', '', 'tip'),
+        ('pos_rad', 'rad', ''),
+    ],
+)
+def test_the_name_of_a_joint_is_no_unit(name, unit, joint):
+    (word,) = read_headers([name], ['arm_turn_joint', 'deg', 'm', 'tip']).values()
+    assert (word.unit, word.joint) == (unit, joint)
+
+
+@pytest.mark.parametrize('name', ['turn', 'deg', 'm', 'tip'])
+def test_a_column_with_the_name_of_a_joint_is_in_the_unit_that_its_numbers_tell(tmp_path, name):
+    (t, q, v, tau), (_, p, w, torque) = joint(8), joint(9)
+    names = ['t', 'pos_lift', f'pos_{name}', 'vel_lift', f'vel_{name}', 'tau_lift', f'tau_{name}']
+    data = save(tmp_path, [t, q, p, v, w, tau, torque], names)
+    columns = {
+        quantity: [f'{j}={short}_{j}' for j in ('lift', name)]
+        for quantity, short in {'position': 'pos', 'velocity': 'vel', 'effort': 'tau'}.items()
+    }
+    urdf = arm('lift', name)
+    guessed = guess_mapping(data, urdf)
+    for guess in (
+        guessed, map_columns(data, Columns(columns), urdf), map_columns(data, Columns(columns))
+    ):  # fmt: skip
+        own = {quantity: x['unit'] for quantity, x in guess.content['joints'][name].items()}
+        assert own == {'position': 'rad', 'velocity': 'rad/s', 'effort': 'Nm'}
+        assert guess.content['joints'][name]['position']['variable'] == f'pos_{name}'
+
+
 @given(st.text(max_size=30))
 def test_any_name_can_be_read(name):
     assert read_header(name).quantity in (
@@ -694,7 +732,7 @@ STATED = [
         Columns({'position': ['q'], 'effort': ['i:Nm']}, scales=[1.8]),
         '--kt is given and effort i is in Nm: leave --kt out',
     ),
-    (Columns({'position': ['q']}, time='q:s'), 'q was stated as time and goes back: name'),
+    (Columns({'position': ['q']}, time='q:s'), r'q was stated as time and goes back \d+ times, '),
 ]
 
 
@@ -741,6 +779,23 @@ def test_a_span_that_no_joint_has_in_rad_is_asked_for(tmp_path):
     log = read_recording(data.path, parse_mapping(map_columns(data, stated).content, data.path))
     np.testing.assert_allclose(log.q[:, 0], q)
     np.testing.assert_allclose(log.tau[:, 0], 2.0 * current)
+
+
+def test_the_joint_whose_span_makes_a_unit_doubtful_is_named(tmp_path):
+    (t, q, _, tau), (_, p, _, torque) = joint(8), joint(9)
+    data = save(tmp_path, [t, q, np.rad2deg(p), tau, torque], ['t', 'q1', 'q2', 'tau1', 'tau2'])
+    columns = Columns({'position': ['base=q1', 'mid=q2'], 'effort': ['base=tau1', 'mid=tau2']})
+    with pytest.raises(DataError, match=r'position q1: it moves [\d.]+, and mid \d+, which may'):
+        map_columns(data, columns, arm('base', 'mid'))
+
+
+def test_what_slides_leaves_the_unit_of_what_turns(tmp_path):
+    (t, q, _, tau), (_, p, _, torque) = joint(8), joint(9)
+    data = save(tmp_path, [t, 100.0 * q, p, tau, torque], ['t', 'q1', 'q2', 'tau1', 'tau2'])
+    urdf = arm('lift', 'base').replace('continuous', 'prismatic', 1)
+    content = map_columns(data, Columns({'position': ['q1', 'q2']}), urdf).content
+    units = {name: own['position']['unit'] for name, own in content['joints'].items()}
+    assert units == {'lift': 'mm', 'base': 'rad'}
 
 
 def test_dates_are_times(tmp_path):
@@ -835,6 +890,32 @@ def test_a_time_with_too_few_digits_is_named(tmp_path):
     t, q, _, current = joint(9)
     guess = guess_mapping(save(tmp_path, [np.floor(t / 0.1) * 0.1, q, current], ['t', 'q', 'i']))
     assert re.search(r't repeats \d+(\.\d)? % of its stamps', ' '.join(guess.sentences()))
+
+
+def test_stated_stamps_most_of_which_repeat_are_told(tmp_path):
+    """Their median step is 0, which is none in s nor in ms."""
+    t, q, _, current = joint(9)
+    data = save(tmp_path, [np.floor(t / 0.1) * 0.1, q, current], ['t', 'q', 'i'])
+    told = r'x.csv, time t: stated; it repeats 96 % of its stamps.*without a time.* as --rate 500'
+    with pytest.raises(DataError, match=told):
+        map_columns(data, Columns({'position': ['q'], 'effort': ['i']}, 't', [1.0]))
+
+
+@pytest.mark.parametrize(
+    ('rows', 'sentence'),
+    [
+        (np.r_[1, 0, 2:2500], '1 time, first at row 2 of the data, from 0.004 to 0.0: sort'),
+        (np.r_[:1250, :1250], '1 time, first at row 1251 of the data, from 4.996 to 0.0: sort'),
+        (np.r_[0:2500:2, 1:2500:2][::-1], '2498 times, first at row 2 of the data'),
+    ],
+)
+def test_the_row_at_which_a_stated_time_goes_back_is_told(tmp_path, rows, sentence):
+    t, q, _, current = joint(9)
+    data = save(tmp_path, [t[rows], q, current], ['t', 'q', 'i'])
+    for time in ('t', 't:s'):
+        with pytest.raises(DataError, match=sentence) as caught:
+            map_columns(data, Columns({'position': ['q'], 'effort': ['i']}, time, [1.0]))
+        assert 'split the file where a new recording begins' in str(caught.value)
 
 
 def test_a_time_that_goes_back_is_named(tmp_path):
@@ -1400,4 +1481,4 @@ def test_each_joint_is_told_how_far_it_moves_itself(tmp_path):
     links = '<link name="l0"/><link name="l1"/><link name="l2"/>'
     guess = guess_mapping(DataFile(path), f'<robot name="x">{links}{"".join(turns)}</robot>')
     assert 'and moves 2' in guess.reasons['joints.j1.position']
-    assert guess.reasons['joints.j2.position'].endswith('and moves 0.6, and another joint 2')
+    assert guess.reasons['joints.j2.position'].endswith('and moves 0.6, and j1 2')
