@@ -293,11 +293,14 @@ def _nothing(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
         text = f'These data are too noisy to tell: {text}.'
     else:
         # A joint whose effort is noise for the larger part is not explained.
-        where = f' of {", ".join(name for name, *_ in clear)}' if noisy else ''
+        where = f' of {", ".join(name for name, *_ in clear)}' if len(clear) < len(names) else ''
         text = f'The refitted model explains the data{where}: {text}.'
     if noisy:
         parts = ', '.join(f'{relative:.0f} % of that of {name}' for name, _, relative in noisy)
         text += f' Noise is the larger part of effort, {parts}: what is smaller does not show.'
+    unsaid = [name for name in names if name not in {name for name, *_ in left}]
+    if unsaid:
+        text += f' Of {", ".join(unsaid)} nothing is known: see what is said of the data.'
     return text + _noise(clear)
 
 

@@ -134,10 +134,16 @@ def repeated_samples(log: JointLog) -> BoolArray:
     L samples of the same positions and efforts as the one before may be a rest, or a motion of
     less than a count in each. They are repeats if a joint is more than L + T counts further in the
     next sample, which is the first that is new, and comes T of their steps later (1 where stamps
-    are regular): no joint stays within a count for L samples and goes that far in that time.
+    are regular): no joint stays within a count for L samples and goes that far in that time. Nor
+    does one that rested go faster in that sample than in any other: a driver that is not yet up
+    reports zeros, however long.
     """
     again = repeated_rows([*log.q.T, *log.tau.T])
     counts = np.array([signal_noise(q)[0] for q in log.q.T])
+    new = ~again[1:] & ~again[:-1]
+    # NaN is no motion. What does not move between samples that are new says nothing of its speed.
+    fastest = np.fmax.reduce(np.abs(np.diff(log.q, axis=0))[new], axis=0, initial=0.0)
+    fastest[fastest == 0.0] = np.inf
     steps = np.diff(log.t_ns)
     repeated = np.zeros(len(log), dtype=bool)
     for begin, end in runs(again):
@@ -145,6 +151,7 @@ def repeated_samples(log: JointLog) -> BoolArray:
             went = np.abs(log.q[end] - log.q[begin - 1])
             # A change of position is a whole number of counts: half of one is beyond rounding.
             later = np.ceil(steps[end - 1] / max(np.median(steps[begin - 1 : end - 1]), 1.0))
-            most = (end - begin + max(float(later), 1.0) + 0.5) * counts
+            times = max(float(later), 1.0)
+            most = np.minimum((end - begin + times + 0.5) * counts, times * fastest + counts)
             repeated[begin:end] = bool((went > most).any())
     return repeated

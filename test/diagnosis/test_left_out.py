@@ -60,6 +60,16 @@ def test_the_other_joint_is_diagnosed_and_the_silent_one_named(rests):
     assert 'nan' not in found.sentence
 
 
+def test_the_model_explains_the_data_of_the_joints_that_say_something():
+    log, model = motion(False)
+    tau = log.tau.copy()
+    tau[:, 0] -= 0.25 * (1.0 - 0.2 * np.abs(log.v[:, 0]))
+    found = diagnose([unknown(replace(log, tau=tau), 1)], model, without=WITHOUT)
+    assert found.verdict == 'nothing_above_floor'
+    assert found.sentence.startswith('The refitted model explains the data of shoulder: ')
+    assert ' Of elbow nothing is known' in found.sentence
+
+
 def test_silent_rows_are_zero_and_count_for_nothing():
     log, model = motion(False)
     settings = DiagnosisSettings(band=15.0)

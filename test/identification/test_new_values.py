@@ -165,6 +165,21 @@ def test_equal_samples_of_coarse_values_are_no_repeats(speed):
     assert not repeated_samples(log).any()
 
 
+def test_zeros_of_a_driver_that_is_not_yet_up_are_repeats_however_many():
+    """8 s of zeros, then the joint is where it is: in counts it went slowly, but at once."""
+    t = 1e-3 * np.arange(20000)
+    q = 2e-5 * np.rint((0.3 + 0.2 * np.sin(2.0 * t)) / 2e-5)
+    tau = np.cos(2.0 * t)
+    q[:8000], tau[:8000] = 0.0, 0.0
+    log = JointLog(('j',), np.rint(t * 1e9).astype(np.int64), q[:, None], np.nan * q[:, None],
+                   tau[:, None])  # fmt: skip
+    assert np.flatnonzero(repeated_samples(log)).tolist() == list(range(1, 8000))
+    # A joint that rests for as long, and then starts, repeats nothing.
+    rest = np.where(t < 8.0, q[8000], q)
+    tau[:8000] = tau[8000]
+    assert not repeated_samples(replace(log, q=rest[:, None], tau=tau[:, None])).any()
+
+
 def test_equal_samples_at_uneven_stamps_are_no_repeats():
     """A driver on a busy machine: a joint that goes a count a sample goes two in a long one."""
     rng = np.random.default_rng(8)

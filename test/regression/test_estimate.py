@@ -14,7 +14,6 @@ from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.identification.term_fit import fit_terms
 from sosml_friction.model.known_terms import known_terms
-from sosml_friction.model.model_folder import FrictionParameters
 
 STIFFNESS, OFFSET = 150.0, 7.0
 
@@ -28,13 +27,9 @@ def log():
 
 @pytest.fixture(scope='module')
 def model():
-    """Return the slider, of whose bias the model says nothing."""
+    """Return the slider, of whose friction and bias the model knows nothing."""
     known = slider_model()
-    friction = known.joints['slider'].friction
-    parameters = {name: friction.parameters[name] for name in ('coulomb', 'viscous')}
-    joint = replace(
-        known.joints['slider'], friction=FrictionParameters('coulomb+viscous', 0.0, parameters)
-    )
+    joint = replace(known.joints['slider'], friction=None)
     return replace(known, joints={'slider': joint})
 
 
@@ -48,7 +43,8 @@ def is_told(parameters):
 def constants(model):
     """Return the constants [N] of a model's law and of its spring."""
     (spring,) = known_terms(model)
-    bias = model.joints['slider'].friction.parameters.get('bias')
+    friction = model.joints['slider'].friction
+    bias = None if friction is None else friction.parameters.get('bias')
     return 0.0 if bias is None else bias.value, float(spring.amplitude[1])
 
 

@@ -313,6 +313,11 @@ class LawSummary:
         # And nothing is known of it where what bends is no such term.
         reaches = v_s[0] >= self.search.slowest and not self._no_knee()
         low, high = profile.stribeck_interval() if reaches else (0.0, np.inf)
+        if shown:
+            # The profile is of any exponent; the best fit may be of one, at another v_s.
+            found, name = best['stribeck_velocity'], 'stribeck_velocity'
+            half = self.quantile[name] * float(np.sqrt(C[name, name]))
+            v_s = max(min(v_s[0], found - half), 0.0), max(v_s[1], found + half)
         ranges = {'stribeck': (low, high), 'stribeck_velocity': v_s if shown else None}
         experiment = experiment_for('stribeck', reach)
         knee = {n: Parameter.not_told(units[n], reason, ranges[n], experiment) for n in units}
