@@ -276,7 +276,7 @@ def _without_lines(fit: LibraryFit, residual: FloatArray, told: FloatArray) -> F
             energy = float(seen @ seen)
             if gain[best] < NEGLIGIBLE * energy + _CHANCE * energy / len(seen):
                 break
-            kept.append(_line(fit, candidate, best, left, told))
+            kept.append(_line(fit, candidate, best, seen, told))
             X = np.concatenate(kept, axis=1)
             size = np.linalg.lstsq(X * told[:, None], residual * told, rcond=1e-9)[0]
             left = residual - X @ size
@@ -285,12 +285,14 @@ def _without_lines(fit: LibraryFit, residual: FloatArray, told: FloatArray) -> F
 
 
 def _line(
-    fit: LibraryFit, candidate: Candidate, best: int, left: FloatArray, told: FloatArray
+    fit: LibraryFit, candidate: Candidate, best: int, seen: FloatArray, told: FloatArray
 ) -> FloatArray:
     """
     Return the columns (K, k) of the line next to a point of a grid, beside the library.
 
     Steps of Gauss and Newton for its frequency, between the points before and after.
+
+    :param seen: what is left in the rows that say something, 0 in others.
     """
     (name,) = candidate.grid[best]
     values = [inner[name] for inner in candidate.grid[max(0, best - 1) : best + 2]]
@@ -307,7 +309,6 @@ def _line(
         both = np.hstack([columns(value), slope])
         both -= fit.taken(both * told[:, None])
         X, D = np.split(both, 2, axis=1)
-        seen = left * told
         size = np.linalg.lstsq(X * told[:, None], seen, rcond=1e-9)[0]
         turned = np.column_stack([X, D @ size]) * told[:, None]
         more = float(np.linalg.lstsq(turned, seen, rcond=1e-9)[0][-1])

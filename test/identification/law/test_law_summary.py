@@ -9,6 +9,7 @@ import pytest
 from fitted_law import fit_law
 
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST
+from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE
 
 #: Chance of 95 % intervals: of 20, fewer than 16 hold once in 400.
@@ -114,3 +115,20 @@ def test_extra_friction_that_two_speeds_do_not_tell_is_not_mentioned():
     fit = next(fits(np.repeat([0.5, 0.6], 50), lambda w: 0.8 + 0.3 * w, 0.01))
     assert NOT_IDENTIFIABLE in fit.parameters['stribeck'].flags
     assert STRIBECK_AT_SLOWEST not in fit.derived
+
+
+@pytest.mark.parametrize(
+    ('v_s', 'noise', 'seed'), [(8e-4, 0.02, 2), (8e-4, 0.02, 3), (1e-3, 0.035, 2)]
+)
+def test_a_range_of_the_stribeck_velocity_has_the_best_fit_and_the_truth_in_it(v_s, noise, seed):
+    """Speeds begin at 1.5 mrad/s: the range, of any exponent, began above the best fit."""
+    speeds = (0.0015, 0.002, 0.003, 0.005, 0.008, 0.012, 0.02, 0.03)
+    v = np.array([w * way for w in speeds for way in (1, -1)] * 4)
+    y = np.sign(v) * (6.0 + 3.0 * np.exp(-np.abs(v) / v_s)) + 45.0 * v
+    y += np.random.default_rng(seed).normal(0.0, noise, v.shape)
+    each, known = np.arange(len(v)), np.ones(len(v), dtype=bool)
+    found = LawRows(v, y, each, known, v, lambda column: column).fit('Nm')
+    low, high = found.parameters['stribeck_velocity'].interval
+    assert np.isnan(found.parameters['stribeck_velocity'].value)
+    assert low <= found.drawn['stribeck_velocity'] <= high
+    assert low <= v_s <= high
