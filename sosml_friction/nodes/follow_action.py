@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from rclpy.action import ActionServer, CancelResponse
 from rclpy.task import Future
 
 from sosml_friction.actuators.driver.report import DriverState
@@ -45,7 +46,7 @@ class FollowAction:
         self._driver, self._kind = driver, kind
         self._next = Future()
         self.server = serve(
-            driver, kind, NAME, self._execute, cancel_callback=lambda _: _accept_cancel()
+            driver, kind, NAME, self._execute, cancel_callback=lambda _: CancelResponse.ACCEPT
         )
 
     @staticmethod
@@ -59,8 +60,6 @@ class FollowAction:
                 'offered, the topic joint_trajectory is'
             )
             return None
-        from rclpy.action import ActionServer
-
         return FollowAction(driver, FollowJointTrajectory, ActionServer)
 
     def watch(self) -> None:
@@ -122,9 +121,3 @@ class FollowAction:
         feedback.error.positions = [joint.tracking_error for joint in report.joints]
         feedback.desired.positions = [joint.q + joint.tracking_error for joint in report.joints]
         handle.publish_feedback(feedback)
-
-
-def _accept_cancel() -> Any:
-    from rclpy.action import CancelResponse
-
-    return CancelResponse.ACCEPT

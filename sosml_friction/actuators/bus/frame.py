@@ -18,11 +18,7 @@ class Frame(NamedTuple):
     def to_message(self) -> can.Message:
         """Return the python-can message."""
         return can.Message(
-            arbitration_id=self.can_id,
-            data=self.data,
-            dlc=len(self.data),
-            is_extended_id=False,
-            is_rx=False,
+            arbitration_id=self.can_id, data=self.data, is_extended_id=False, is_rx=False
         )
 
     @classmethod

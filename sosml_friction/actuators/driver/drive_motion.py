@@ -63,10 +63,6 @@ class DriveMotion:
         """Bring the reference from ``q`` at ``v`` to rest within the limits, then hold."""
         self.follower.brake(q, v, self._deceleration, self._lower, self._upper)
 
-    def sample(self, now_ns: int) -> None:
-        """Move the reference on to ``now_ns``; times must not decrease between calls."""
-        self.follower.sample(now_ns)
-
     def setpoints(self, q: FloatArray, v: FloatArray) -> Sequence[Setpoint]:
         """Return what each joint is to do, measured at ``q`` and ``v``, to meet the reference."""
         reference = self.follower.last
