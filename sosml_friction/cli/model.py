@@ -174,7 +174,8 @@ def _finish(
 
     from sosml_friction.report.plan import model_view as view
 
-    robot = view.robot_of(model)
+    # With rotors of no inertia where they are not known.
+    robot = model.with_armature({'*': 0.0}).make_robot()
     view.check_model_folder(out, force)
     made = {'command': command_line(context), **model.provenance}
     view.with_hashes(replace(model, provenance=made)).write(out)

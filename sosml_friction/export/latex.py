@@ -7,6 +7,8 @@ import math
 from sosml_friction.export.common.target import ExportTarget, entries
 from sosml_friction.model.model_folder import RobotModelFile
 
+_ESCAPED = str.maketrans({c: '\\' + c for c in '_&%$#{}'})
+
 
 class LatexTarget(ExportTarget):
     """Write a ``tabular`` with value, standard error and unit of each parameter."""
@@ -22,9 +24,5 @@ class LatexTarget(ExportTarget):
         for joint, term, name, p in entries(model):
             error = f'{p.std_error:.2g}' if math.isfinite(p.std_error) else '--'
             cells = [joint, term, name, f'{p.value:.5g}', error, p.unit]
-            lines.append(' & '.join(_escaped(cell) for cell in cells) + r' \\')
+            lines.append(' & '.join(cell.translate(_ESCAPED) for cell in cells) + r' \\')
         return '\n'.join([*lines, r'\hline', r'\end{tabular}', ''])
-
-
-def _escaped(text: str) -> str:
-    return ''.join('\\' + c if c in '_&%$#{}' else c for c in text)

@@ -76,17 +76,16 @@ FRICTION_LAWS: dict[str, LawDefinition] = {
     )
 }
 
-_SERVO = ('coulomb', 'viscous')
 #: Lists of terms with a name that ``sosml fit --law`` takes beside the laws above: the extended
 #: friction models for servo actuators, each with all terms of one before it.
 TERM_LISTS: dict[str, tuple[str, ...]] = {
-    'm1': _SERVO,
-    'm2': (*_SERVO, 'stribeck'),
-    'm3': (*_SERVO, 'load_dependent_friction'),
-    'm4': (*_SERVO, 'stribeck', 'load_dependent_friction', 'load_dependent_stribeck'),
-    'm5': (*_SERVO, 'stribeck', 'directional_load_friction', 'load_dependent_stribeck'),
+    'm1': _LINEAR,
+    'm2': (*_LINEAR, 'stribeck'),
+    'm3': (*_LINEAR, 'load_dependent_friction'),
+    'm4': (*_LINEAR, 'stribeck', 'load_dependent_friction', 'load_dependent_stribeck'),
+    'm5': (*_LINEAR, 'stribeck', 'directional_load_friction', 'load_dependent_stribeck'),
     'm6': (
-        *_SERVO, 'stribeck', 'directional_load_friction', 'load_dependent_stribeck',
+        *_LINEAR, 'stribeck', 'directional_load_friction', 'load_dependent_stribeck',
         'quadratic_load_friction',
     ),
 }  # fmt: skip
@@ -143,11 +142,8 @@ class FrictionLaw:
         self, definition: LawDefinition, parameters: Mapping[str, float], smoothing_velocity: float
     ) -> None:
         names = definition.parameter_names
-        self.identifier, self.definition, self.parameter_names = (
-            definition.identifier,
-            definition,
-            names,
-        )
+        self.identifier, self.definition = definition.identifier, definition
+        self.parameter_names = names
         unknown = sorted(set(parameters) - set(names))
         missing = [name for name in names if name not in parameters]
         if unknown or missing:

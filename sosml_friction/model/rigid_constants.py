@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The numbers of a rigid-body model that compiled code computes its terms from."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -93,17 +93,11 @@ def read_joints(urdf: str) -> UrdfJoints:
     try:
         root = ElementTree.fromstring(urdf.strip())
     except (ElementTree.ParseError, ValueError) as error:
-        raise ConfigurationError(
-            f'the URDF cannot be read: {" ".join(str(error).split())}'
-        ) from error
+        raise _refused(' '.join(str(error).split())) from error
     if root.tag != 'robot':
-        raise ConfigurationError(
-            f'the URDF cannot be read: its root is <{root.tag}> where <robot> is needed'
-        )
+        raise _refused(f'its root is <{root.tag}> where <robot> is needed')
     if any('xacro' in str(element.tag) for element in root.iter()):
-        raise ConfigurationError(
-            'the URDF cannot be read: it is xacro still; run xacro over it and use what it prints'
-        )
+        raise _refused('it is xacro still; run xacro over it and use what it prints')
     plain = ElementTree.Element('robot', {'name': root.get('name') or 'robot'})
     links = dict.fromkeys(_names(root, 'link'))
     # Those of a transmission or a plugin stand deeper, and are other elements of the same name.

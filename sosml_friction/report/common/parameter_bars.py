@@ -83,7 +83,10 @@ def draw_parameters(
             axes.axvline(known.value, color='black', linestyle='--', linewidth=1.2, zorder=1.8)
         if any(_ends(name, p) for p in own) or known is not None:
             axes.locator_params(axis='x', nbins=3 if len(symbols) <= 5 else 2)
-            axes.xaxis.set_major_formatter(FuncFormatter(_tick))
+            # The axis is narrow: an offset or power beside it has no room.
+            axes.xaxis.set_major_formatter(
+                FuncFormatter(lambda value, _: f'{value:.5g}'.replace('-', '−'))
+            )
         else:
             # Nothing to read off, but the height of a label, so that names are in line.
             axes.set_xticks([0.5], [' '], fontsize=FONT)
@@ -93,11 +96,6 @@ def draw_parameters(
     panels[0].set_ylim(len(rows) - 0.5, -0.5)
     legend_below(figure, _legend(rows, truth is not None))
     return figure
-
-
-def _tick(value: float, place: int | None) -> str:
-    """Return a number without an offset or power beside the axis, which is narrow."""
-    return f'{value:.5g}'.replace('-', '−')
 
 
 def _draw_parameter(axes: Axes, place: int, name: str, row: ParameterRow) -> None:

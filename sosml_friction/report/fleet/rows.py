@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What was found in each recording of a fleet, as rows of one table."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 

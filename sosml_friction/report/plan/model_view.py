@@ -70,15 +70,6 @@ def _changed(folder: Path, model: RobotModelFile) -> list[str]:
     return list(dict.fromkeys([*(['model.yaml'] if rewritten else []), *changed]))
 
 
-def robot_of(model: RobotModelFile) -> Robot:
-    """
-    Return the rigid body, with rotors of no inertia where they are not known.
-
-    :raises ConfigurationError: if there is none.
-    """
-    return model.with_armature({'*': 0.0}).make_robot()
-
-
 def model_document(model: RobotModelFile, robot: Robot) -> dict[str, Any]:
     """Return the object of ``sosml model --json``; what is not known is null."""
     missing = model.provenance.get('not_known', {})
