@@ -14,12 +14,7 @@ from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import BusCycle
 from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.bus.open_bus import open_bus
-from sosml_friction.actuators.driver.checks import (
-    bus_load,
-    check_robot,
-    make_actuators,
-    run_start_ups,
-)
+from sosml_friction.actuators.driver import checks
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.start_up import Check
 from sosml_friction.exceptions import ActuatorError
@@ -46,9 +41,9 @@ def check_bus(
     configuration = DriverConfiguration.from_parameters({**values, 'can_bitrate': bitrate})
     model = values.get('model') or share_directory() / 'config' / 'exoskeleton'
     robot = read_model(Path(model)).make_robot()
-    check_robot(robot, configuration.names, 'parameters')
-    actuators = make_actuators(configuration, robot.limits)
-    worst, load = bus_load(actuators, configuration)
+    checks.check_robot(robot, configuration.names, 'parameters')
+    actuators = checks.make_actuators(configuration, robot.limits)
+    worst, load = checks.bus_load(actuators, configuration)
     fits = Check(BUS, 'load', load, 'lower rate or raise can_bitrate' if worst > 1.0 else '')
     bus = open_bus(interface, channel, bitrate)
     clock = Clock()
@@ -60,7 +55,7 @@ def check_bus(
                 'another host commands these actuators: stop it first, or they answer two and a '
                 'servo that it drives is switched off'
             )
-        return fits, *run_start_ups(cycle, clock, actuators, read_only=True)
+        return fits, *checks.run_start_ups(cycle, clock, actuators, read_only=True)
     finally:
         # What was found stands, whether the adapter says goodbye or not.
         with contextlib.suppress(can.CanError, OSError):

@@ -11,19 +11,13 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.bags.tables import series_evidence as evidence
+from sosml_friction.bags.tables import units
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.guess import Guesser
 from sosml_friction.bags.tables.header_words import HeaderWord
 from sosml_friction.bags.tables.mapping import FILL_IN
 from sosml_friction.bags.tables.proposed_mapping import Guess
 from sosml_friction.bags.tables.recorded_columns import ONE_RECORDING
-from sosml_friction.bags.tables.units import (
-    ANGULAR_UNITS,
-    LINEAR_UNITS,
-    UNITS,
-    known_unit,
-    known_units,
-)
 from sosml_friction.exceptions import ConfigurationError, DataError
 
 
@@ -243,7 +237,7 @@ class _StatedColumns(Guesser):
             self._remark(f'velocity {name} is left out: {why.split("; a scale")[0]}')
         effort = own.get('effort')
         for quantity, entry in own.items() if joint in self.kinds else ():
-            if entry['unit'] in (ANGULAR_UNITS if slides else LINEAR_UNITS):
+            if entry['unit'] in (units.ANGULAR_UNITS if slides else units.LINEAR_UNITS):
                 raise ConfigurationError(
                     f'joint {joint} {"slides" if slides else "turns"} and its {quantity} '
                     f'{entry["variable"]} is in {entry["unit"]}: correct the unit or the robot'
@@ -252,7 +246,7 @@ class _StatedColumns(Guesser):
             return
         scales = self.columns.scales
         if effort['unit'] == FILL_IN:
-            unit = 'N' if position['unit'] in LINEAR_UNITS else 'Nm'
+            unit = 'N' if position['unit'] in units.LINEAR_UNITS else 'Nm'
             name = self.roles[joint]['effort']
             objection = self.words[name].objection or self._coarse(name)
             if objection:
@@ -266,7 +260,7 @@ class _StatedColumns(Guesser):
             self.result.reasons[f'joints.{joint}.effort'] = (
                 f'taken as {effort["unit"]}, as nothing tells another unit'
             )
-        if UNITS['effort'][effort['unit']] is None:
+        if units.UNITS['effort'][effort['unit']] is None:
             if not scales:
                 raise ConfigurationError(
                     f'effort {effort["variable"]} is in {effort["unit"]}: give the Nm (or N) at '
@@ -274,7 +268,7 @@ class _StatedColumns(Guesser):
                 )
             scale = scales[index % len(scales)]
             self.result.reasons[f'joints.{joint}.effort'] = (
-                f'stated, {scale:g} {"N" if position["unit"] in LINEAR_UNITS else "Nm"} per '
+                f'stated, {scale:g} {"N" if position["unit"] in units.LINEAR_UNITS else "Nm"} per '
                 f'{effort["unit"].removeprefix("m")}'
             )
             effort['scale'] = scale * {'mA': 1e-3, 'mV': 1e-3}.get(effort['unit'], 1.0)
@@ -286,9 +280,9 @@ class _StatedColumns(Guesser):
 
 
 def _known(unit: str, quantity: str, entry: str) -> str:
-    found = known_unit(unit, quantity)
+    found = units.known_unit(unit, quantity)
     if not found:
         raise ConfigurationError(
-            f'{entry} has the unknown unit {unit!r}: known are {known_units(quantity)}'
+            f'{entry} has the unknown unit {unit!r}: known are {units.known_units(quantity)}'
         )
     return found

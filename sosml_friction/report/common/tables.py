@@ -28,13 +28,8 @@ from sosml_friction.report.common.labels import (
     symbols_of,
 )
 from sosml_friction.report.common.table import terminal_table
+from sosml_friction.report.fit import findings
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
-from sosml_friction.report.fit.findings import (
-    body_sentences,
-    caveats,
-    joint_sentence,
-    sampling_text,
-)
 from sosml_friction.report.fit.joint_view import JointView, joint_views
 
 #: More observers than this are rows instead of columns.
@@ -46,11 +41,11 @@ def summary_blocks(
 ) -> list[str | RenderableType]:
     """Return what was found: a sentence per joint, the bodies, the table, and what is open."""
     if isinstance(analysis, BagsAnalysis):
-        bodies = body_sentences(next(iter(analysis.bags.values())).body)
+        bodies = findings.body_sentences(next(iter(analysis.bags.values())).body)
         return [*bags_answers(analysis), *bodies, bags_table(analysis, truth)]
     views = joint_views(analysis, truth)
-    found = [*map(joint_sentence, views), *body_sentences(analysis.body)]
-    return [*found, parameter_table(analysis, truth), *caveats(views)]
+    found = [*map(findings.joint_sentence, views), *findings.body_sentences(analysis.body)]
+    return [*found, parameter_table(analysis, truth), *findings.caveats(views)]
 
 
 def parameter_table(
@@ -72,7 +67,7 @@ def parameter_table(
     else:
         table = _by_parameter(views, observers, heading)
     # Not the table's caption, which would wrap at the width of the table.
-    lines = [*map(_fitted_to, views), sampling_text(analysis.log)]
+    lines = [*map(_fitted_to, views), findings.sampling_text(analysis.log)]
     return Group(table, Text('\n'.join(lines)))
 
 

@@ -26,14 +26,7 @@ from sosml_friction.report.common.html_page import (
     paragraph,
     verdict,
 )
-from sosml_friction.report.diagnosis.tables import (
-    by_cause,
-    causes,
-    experiments,
-    floors,
-    gain,
-    parameters,
-)
+from sosml_friction.report.diagnosis import tables
 
 _METHOD = (
     'Unexplained is measured effort minus that of the nominal model, whose parameters were '
@@ -132,14 +125,14 @@ def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None 
         facts(told),
         verdict(kind, label, body=_answer_html(answer(diagnosis))),
         pictures('diagnosis', diagnosis, SUMMARY),
-        gain(diagnosis) if laboratory is not None else '',
-        causes(diagnosis),
+        tables.gain(diagnosis) if laboratory is not None else '',
+        tables.causes(diagnosis),
         box('What to do next', steps, 'next'),
         box('The recording', severe),
         box('What was looked at and not named', remarks),
     ]
     if laboratory is not None:
-        parts.append(experiments(diagnosis))
+        parts.append(tables.experiments(diagnosis))
         with page_of(len(diagnosis.names)):
             for joint in joint_residuals(diagnosis):
                 parts += [heading(f'Joint {joint.name}'), pictures('diagnosis', joint)]
@@ -149,9 +142,9 @@ def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None 
         method = _METHOD.format(bounds=_bounds(laboratory.settings))
         parts += [
             heading('How it was done'),
-            folded('What each cause removes by itself', by_cause(diagnosis)),
-            folded('Parameters of the nominal model', parameters(diagnosis)),
-            folded('What a name has to exceed', floors(diagnosis)),
+            folded('What each cause removes by itself', tables.by_cause(diagnosis)),
+            folded('Parameters of the nominal model', tables.parameters(diagnosis)),
+            folded('What a name has to exceed', tables.floors(diagnosis)),
             folded('What this motion can tell apart', pictures('diagnosis', diagnosis, METHOD)),
             folded('Methods', paragraph(method)),
         ]

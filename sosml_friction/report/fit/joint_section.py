@@ -18,12 +18,7 @@ from sosml_friction.report.common.figure import METHOD, pictures
 from sosml_friction.report.common.html_page import folded, heading, items, paragraph
 from sosml_friction.report.common.labels import fit_label, observer_label, pairs_text, symbols_of
 from sosml_friction.report.common.table import html_table
-from sosml_friction.report.fit.findings import (
-    derived_sentence,
-    methods_disagree,
-    notes,
-    open_questions,
-)
+from sosml_friction.report.fit import findings
 from sosml_friction.report.fit.joint_view import JointView
 from sosml_friction.report.fit.segment_rows import segment_table
 
@@ -40,10 +35,10 @@ def joint_section(view: JointView) -> str:
     law = view.model.fit
     checks = [
         *(check.sentence for check in law.checks),
-        *(derived_sentence(law, name) for name in law.derived),
+        *(findings.derived_sentence(law, name) for name in law.derived),
     ]
     beside = (
-        items(notes([view], beside=True))
+        items(findings.notes([view], beside=True))
         + parameter_table(view.fits, view)
         + open_section(view)
         + (paragraph(_ELSEWHERE) if is_crowded() else pictures('fit', view, METHOD))
@@ -98,7 +93,7 @@ def name_text(name: str, symbol: str) -> str:
 
 def open_section(view: JointView) -> str:
     """Return why parameters are flagged, and what to record, as a list."""
-    return items(open_questions(view), heading('What this recording leaves open', 3))
+    return items(findings.open_questions(view), heading('What this recording leaves open', 3))
 
 
 def _alternatives(view: JointView) -> str:
@@ -106,7 +101,7 @@ def _alternatives(view: JointView) -> str:
         return '<p>It could not be used on this recording.</p>'
     verdict = (
         'The two methods differ by more than their 95 % intervals: see the note above.'
-        if methods_disagree(view)
+        if findings.methods_disagree(view)
         else 'The two methods agree within their 95 % intervals.'
     )
     table = parameter_table(view.alternatives, view)

@@ -12,12 +12,7 @@ from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import JOINT, Consolidated
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.plain_document import to_plain
-from sosml_friction.report.common.output import (
-    OutputKind,
-    check_output_folder,
-    write_result,
-    written_together,
-)
+from sosml_friction.report.common import output
 from sosml_friction.report.fit.consolidation_view import bags_joints
 from sosml_friction.report.fit.html import render_bags_report, render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
@@ -29,7 +24,7 @@ _NO_FIT: dict[str, Any] = {
     'derived': {}, 'checks': [], 'relative_error': None, 'residual_std': None, 'pairs': 0,
     'clusters': 0,
 }  # fmt: skip
-KIND = OutputKind(
+KIND = output.OutputKind(
     'fit',
     'fit.json',
     FORMAT,
@@ -194,16 +189,16 @@ def write_results(
     :param beside: see :func:`~sosml_friction.report.common.output.check_output_folder`.
     :raises ConfigurationError: if the folder holds something else or cannot be written.
     """
-    folder = check_output_folder(folder, KIND, beside)
+    folder = output.check_output_folder(folder, KIND, beside)
     if isinstance(analysis, BagsAnalysis):
         page, bags = render_bags_report(analysis, truth, extra, progress), dict(analysis.bags)
     else:
         page = render_report(analysis, truth, extra, progress)
         bags = {str(analysis.model.provenance.get('bag')): analysis}
     document = fit_document(analysis, truth)
-    with written_together(folder, KIND) as workshop:
+    with output.written_together(folder, KIND) as workshop:
         analysis.model.write(workshop)
-        write_result(workshop, KIND, document, page)
+        output.write_result(workshop, KIND, document, page)
         table = segments_csv({label: joint_views(one) for label, one in bags.items()})
         (workshop / 'segments.csv').write_text(table, encoding='utf-8')
     return folder

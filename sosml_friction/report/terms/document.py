@@ -19,19 +19,14 @@ from sosml_friction.identification.number_text import (
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.identification.term_residual import along_axis
 from sosml_friction.plain_document import to_plain
+from sosml_friction.report.common import output
 from sosml_friction.report.common.figure import pictures
 from sosml_friction.report.common.html_page import cards, facts, heading, page, verdict
-from sosml_friction.report.common.output import (
-    OutputKind,
-    check_output_folder,
-    write_result,
-    written_together,
-)
 from sosml_friction.report.common.table import html_table, terminal_table
 
 FORMAT = 'sosml_friction/term_fit/1'
 _FILES = ('robot.urdf', 'model.yaml', 'report.html', 'fit.json')
-KIND = OutputKind('fit of terms', 'fit.json', FORMAT, _FILES)
+KIND = output.OutputKind('fit of terms', 'fit.json', FORMAT, _FILES)
 
 
 COLUMNS = {
@@ -80,8 +75,8 @@ def write_term_fit(
 
     :raises ConfigurationError: if the folder holds something else or cannot be written.
     """
-    folder = check_output_folder(folder, KIND)
-    with written_together(folder, KIND) as workshop:
+    folder = output.check_output_folder(folder, KIND)
+    with output.written_together(folder, KIND) as workshop:
         fit.model.write(workshop)
         step('drawing the report')
         bags = ', '.join(entry['bag'] for entry in provenance.get('bags', ()))
@@ -91,7 +86,7 @@ def write_term_fit(
             'Recording': bags,
             'Fitted': str(provenance.get('fitted', ''))[:16].replace('T', ' '),
         }
-        write_result(workshop, KIND, document, render_terms(fit, title, told))
+        output.write_result(workshop, KIND, document, render_terms(fit, title, told))
     return folder
 
 

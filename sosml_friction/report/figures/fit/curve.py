@@ -6,12 +6,7 @@ from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import SUMMARY, Figure
-from sosml_friction.report.figures.fit.s_shape import (
-    draw_panel,
-    panel_height,
-    panel_legend,
-    window_levels,
-)
+from sosml_friction.report.figures.fit import s_shape
 from sosml_friction.report.fit.joint_view import JointView
 
 _WIDTH_IN, _HEIGHT_IN = 6.0, 4.1
@@ -37,13 +32,13 @@ class Curve(Figure[JointView]):
         assert view.preferred is not None
         figure = drawing.new_figure(_WIDTH_IN, _HEIGHT_IN)
         axes = figure.subplots()
-        levels = window_levels(view, view.preferred)
+        levels = s_shape.window_levels(view, view.preferred)
         limit = view.fastest
-        draw_panel(axes, view, view.preferred, levels, (1e-4 * limit, limit), folded=False)
+        s_shape.draw_panel(axes, view, view.preferred, levels, (1e-4 * limit, limit), folded=False)
         own = {view.preferred: levels}
-        axes.set_ylim(panel_height(view, own, limit, 1e-3 * limit, folded=False))
+        axes.set_ylim(s_shape.panel_height(view, own, limit, 1e-3 * limit, folded=False))
         drawing.label_axes(
             axes, f'velocity [{view.velocity_unit}]', f'friction τ_f [{view.effort_unit}]'
         )
-        drawing.legend_below(figure, panel_legend(view, view.style(view.preferred)))
+        drawing.legend_below(figure, s_shape.panel_legend(view, view.style(view.preferred)))
         return figure

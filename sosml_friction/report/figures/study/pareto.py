@@ -7,13 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from sosml_friction.report.common.drawing import (
-    key,
-    label_axes,
-    legend_below,
-    new_figure,
-    style_of,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.outcome import is_causal
@@ -47,12 +41,12 @@ class Pareto(Figure[Study]):
 
     def draw(self, view: Study) -> Drawing:
         """Draw a line for each observer; a large marker where it is tuned."""
-        figure = new_figure(10.0, 6.2)
+        figure = drawing.new_figure(10.0, 6.2)
         axes: Axes = figure.subplots()
         handles = []
         shown = [name for name in view.sweeps if is_causal(name)]
         for k, name in enumerate(shown):
-            style = style_of(name, k)
+            style = drawing.style_of(name, k)
             points = view.sweeps[name]
             # A point that is not known breaks the line.
             settle = 1e3 * np.maximum([p.settle_s for p in points], PERIOD)
@@ -70,7 +64,7 @@ class Pareto(Figure[Study]):
                       markeredgewidth=2.5 if cross else 1.0)  # fmt: skip
             seen = np.isfinite(noise).any()
             handles.append(
-                key(color=style.colour, linestyle=style.dashes, linewidth=width,
+                drawing.key(color=style.colour, linestyle=style.dashes, linewidth=width,
                        marker=style.marker, markersize=6.0,
                        label=observer_label(name) + ('' if seen else ' (never settled)'))
             )  # fmt: skip
@@ -84,9 +78,9 @@ class Pareto(Figure[Study]):
             FuncFormatter(lambda x, _: f'≤ {x:g}' if x == least else f'{x:g}')
         )
         axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f'{y:g}'))
-        label_axes(
+        drawing.label_axes(
             axes, 'time until the mean error stays below 10 % of the jump [ms]',
             'noise while friction is steady, std [mNm]',
         )  # fmt: skip
-        legend_below(figure, handles)
+        drawing.legend_below(figure, handles)
         return figure
