@@ -59,13 +59,8 @@ from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
 from sosml_friction.nodes.stated_model import MeasuredJoints, StatedModel
+from sosml_friction.observers import registry
 from sosml_friction.observers.configuration import ObserverConfiguration
-from sosml_friction.observers.registry import (
-    OBSERVERS,
-    make_observer,
-    on_line_names,
-    refuse_offline,
-)
 from sosml_friction.observers.watched_estimator import WatchedEstimator
 from sosml_friction.text_file import read_text
 
@@ -127,12 +122,12 @@ class ObserverNode(ProgramNode):
             self.create_subscription(String, 'robot_description', self._on_description, LATCHED)
 
     def _refuse_observers(self) -> None:
-        refuse_offline(self._p['observers'])
-        unknown = [name for name in self._p['observers'] if name not in OBSERVERS]
+        registry.refuse_offline(self._p['observers'])
+        unknown = [name for name in self._p['observers'] if name not in registry.OBSERVERS]
         if unknown or self._p['selected'] not in self._p['observers']:
             raise ConfigurationError(
                 f'observers {self._p["observers"]} with {self._p["selected"]!r} selected: choose '
-                f'from {", ".join(on_line_names())} and select one that runs'
+                f'from {", ".join(registry.on_line_names())} and select one that runs'
             )
 
     def _on_description(self, message: String) -> None:
@@ -202,7 +197,7 @@ class ObserverNode(ProgramNode):
         self._refuse_observers()
         passive = self._passive(robot)
         configuration = configuration_of(self._p, robot)
-        refuse_offline(configuration.gains)
+        registry.refuse_offline(configuration.gains)
         # What is selected may not be among those of a bag: the first one then speaks for all.
         if self._p['selected'] not in configuration.gains:
             self._p['selected'] = next(iter(configuration.gains))
@@ -274,7 +269,7 @@ class ObserverNode(ProgramNode):
             elif gain and name in gains:
                 gains[name][gain] = list(change.value)
                 changed.add(name)
-            elif gain and name in OBSERVERS:
+            elif gain and name in registry.OBSERVERS:
                 return SetParametersResult(
                     reason=f'observer {name} does not run: name it in parameter observers'
                 )
@@ -283,7 +278,7 @@ class ObserverNode(ProgramNode):
                 reason=f'observer {selected} does not run: select one of {", ".join(gains)}'
             )
         try:
-            observers = [make_observer(name, gains[name]) for name in changed]
+            observers = [registry.make_observer(name, gains[name]) for name in changed]
         except SosmlFrictionError as error:
             return SetParametersResult(reason=str(error))
         if any(observer.n != len(self._joints) for observer in observers):

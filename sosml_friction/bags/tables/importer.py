@@ -72,9 +72,7 @@ def import_recording(
     robot_description = None if plan.urdf is None else _robot_description(plan.urdf, plan)
     model_description = None if plan.model is None else read_text(plan.model, 'model')
     # Made beside its place and moved there whole, so that no half of a bag is ever found.
-    existing = destination.absolute().parent
-    while not existing.exists():
-        existing = existing.parent
+    existing = next(parent for parent in destination.absolute().parents if parent.exists())
     try:
         with tempfile.TemporaryDirectory(
             prefix='.sosml_import_', dir=existing, ignore_cleanup_errors=True

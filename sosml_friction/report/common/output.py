@@ -75,9 +75,7 @@ def require_writable(folder: str | Path) -> None:
 
 def _workshop(folder: Path, name: str) -> Path:
     """Return a new empty folder in the nearest one above ``folder`` that exists."""
-    existing = folder.absolute().parent
-    while not existing.exists():
-        existing = existing.parent
+    existing = next((above for above in folder.absolute().parents if above.exists()), folder)
     try:
         return Path(tempfile.mkdtemp(prefix=f'.sosml_{name}_', dir=existing))
     except OSError as error:

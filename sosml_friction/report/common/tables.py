@@ -20,13 +20,7 @@ from sosml_friction.identification.number_text import (
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.report.common.labels import (
-    SYMBOLS,
-    in_order,
-    observer_label,
-    pairs_text,
-    symbols_of,
-)
+from sosml_friction.report.common import labels
 from sosml_friction.report.common.table import terminal_table
 from sosml_friction.report.fit import findings
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
@@ -60,7 +54,7 @@ def parameter_table(
     :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
     views = joint_views(analysis, truth)
-    observers = in_order(o for view in views for o in view.fits)
+    observers = labels.in_order(o for view in views for o in view.fits)
     heading = truth_heading if truth is not None else ''
     if len(observers) > _MOST_COLUMNS:
         table = _by_observer(views, heading)
@@ -76,17 +70,17 @@ def _by_observer(views: Sequence[JointView], truth_heading: str) -> Table:
     rows: list[Sequence[str]] = []
     for view in views:
         if view.preferred is None:
-            rows.append((view.name, 'unavailable', *[''] * len(SYMBOLS)))
+            rows.append((view.name, 'unavailable', *[''] * len(labels.SYMBOLS)))
             continue
         mine = []
         if view.truth is not None:
-            mine.append((truth_heading, *(truth_text(view.known, n) for n in SYMBOLS)))
+            mine.append((truth_heading, *(truth_text(view.known, n) for n in labels.SYMBOLS)))
         for observer, fit in view.fits.items():
             mark = ' (model)' if observer == view.preferred else ''
-            cells = [_cell(name, fit.fit.parameters[name]) for name in SYMBOLS]
-            mine.append((observer_label(observer) + mark, *cells))
+            cells = [_cell(name, fit.fit.parameters[name]) for name in labels.SYMBOLS]
+            mine.append((labels.observer_label(observer) + mark, *cells))
         rows += [(view.name if k == 0 else '', *row) for k, row in enumerate(mine)]
-    columns = {'joint': 'w', 'observer': 'w', **dict.fromkeys(SYMBOLS.values(), 'n w')}
+    columns = {'joint': 'w', 'observer': 'w', **dict.fromkeys(labels.SYMBOLS.values(), 'n w')}
     return terminal_table(columns, rows, sections=True)
 
 
@@ -95,10 +89,10 @@ def _by_parameter(
 ) -> Table:
     """Return a row for each joint and parameter, a column for each observer."""
     preferred = {view.preferred for view in views if view.preferred}
-    whose = observer_label(preferred.pop()) if len(preferred) == 1 else 'of the model'
+    whose = labels.observer_label(preferred.pop()) if len(preferred) == 1 else 'of the model'
     columns = {'joint': 'w', 'parameter': 'w', 'unit': ''}
     columns |= {truth_heading: 'n'} if truth_heading else {}
-    columns |= {observer_label(observer): 'n' for observer in observers}
+    columns |= {labels.observer_label(observer): 'n' for observer in observers}
     columns[f'std error\n({whose})'] = 'n'
     rows = []
     for view in views:
@@ -106,7 +100,7 @@ def _by_parameter(
             rows.append([view.name, 'unavailable', *[''] * (len(columns) - 2)])
             continue
         fits = {observer: fit.fit.parameters for observer, fit in view.fits.items()}
-        for k, name in enumerate(symbols_of(*fits.values())):
+        for k, name in enumerate(labels.symbols_of(*fits.values())):
             known = {observer: p[name] for observer, p in fits.items() if name in p}
             unit = next(p.unit for p in known.values())
             row = [view.name if k == 0 else '', name, unit]
@@ -128,7 +122,7 @@ def _fitted_to(view: JointView) -> str:
     if view.model is None:
         return f'{view.name}: {view.unavailable}'
     fit = view.model
-    to = pairs_text(fit.method, fit.fit.pairs)
+    to = labels.pairs_text(fit.method, fit.fit.pairs)
     std = format_number(fit.fit.residual_std, 0.1 * fit.fit.residual_std)
     return (
         f'{view.name}: fitted to {to}; the law leaves {std} {fit.unit} '

@@ -4,18 +4,13 @@
 
 from matplotlib.figure import Figure as Drawing
 
-from sosml_friction.diagnosis.residual.joint_residual import (
-    JointResidual,
-    bins_of,
-    is_constant,
-    means_in_bins,
-)
+from sosml_friction.diagnosis.residual import joint_residual
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
 
 
-class BinnedResidual(Figure[JointResidual]):
+class BinnedResidual(Figure[joint_residual.JointResidual]):
     """Draw the mean of what is unexplained over what it may depend on, by direction."""
 
     identifier = 'binned_residual'
@@ -24,7 +19,7 @@ class BinnedResidual(Figure[JointResidual]):
     order = 20
     caption = 'Mean of what is unexplained along six axes, by direction'
 
-    def draw(self, view: JointResidual) -> Drawing:
+    def draw(self, view: joint_residual.JointResidual) -> Drawing:
         """Draw velocity, position, load, acceleration, way since the last reversal, time."""
         figure = drawing.new_figure(10.0, 6.4)
         panels = figure.subplots(2, 3, sharey=True).ravel()
@@ -40,18 +35,18 @@ class BinnedResidual(Figure[JointResidual]):
         forwards = view.axes['v'] > 0.0
         for ax, (name, label) in zip(panels, labels.items(), strict=True):
             x = view.axes[name]
-            if is_constant(x):
+            if joint_residual.is_constant(x):
                 ax.text(0.5, 0.5, 'constant', transform=ax.transAxes, ha='center',
                         fontsize=drawing.FONT)  # fmt: skip
                 drawing.label_axes(ax, label, '')
                 continue
             # What matters of the way since a reversal happens in its first thousandths.
-            x, edges = bins_of(x, name == 'since')
+            x, edges = joint_residual.bins_of(x, name == 'since')
             if name == 'since':
                 drawing.log_axis(ax)
             for way, dashes in ((forwards, '-'), (~forwards, '--')):
                 for values, colour in ((view.before, drawing.BEFORE), (view.after, drawing.AFTER)):
-                    middle, mean = means_in_bins(x, values, way, edges)
+                    middle, mean = joint_residual.means_in_bins(x, values, way, edges)
                     ax.plot(middle, mean, color=colour, linestyle=dashes, linewidth=1.4)
             drawing.label_axes(
                 ax, label, f'mean unexplained effort [{view.unit}]' if name in 'va' else ''
