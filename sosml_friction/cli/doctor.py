@@ -24,6 +24,7 @@ def doctor(json: JsonOrTableOption = False) -> None:
 
     found = machine.examine()
     blocks = [machine.machine_table(found), machine.machine_sentence(found)]
-    print_result(json, machine.machine_document(found), blocks)
-    if not machine.is_ready(found):
+    document = machine.machine_document(found)
+    print_result(json, document, blocks)
+    if not document['ready']:
         raise typer.Exit(1)

@@ -82,9 +82,11 @@ def write_mjcf(
     if base is not None:
         _absolute(root, base.resolve().parent)
     m = compiled(ElementTree.tostring(root, encoding='unicode'))
+    compiler = root.find('compiler')
+    degrees = compiler is None or compiler.get('angle', 'degree') == 'degree'
     for name in model.joints:
         joints[name].attrib.update(_attributes(model, name, constants[name], m.opt.timestep))
-        _spring(joints[name], model, name, _in_degrees(root))
+        _spring(joints[name], model, name, degrees)
     actuators = _section(root, 'actuator')
     for element in list(actuators):
         # Of an earlier export.
@@ -118,11 +120,6 @@ def _attributes(
         'solreffriction': f'{2.0 * step!r} 1', 'solimpfriction': _IMPEDANCE,
     }  # fmt: skip
     return found | ({'armature': repr(float(armature))} if math.isfinite(armature) else {})
-
-
-def _in_degrees(root: Element) -> bool:
-    compiler = root.find('compiler')
-    return compiler is None or compiler.get('angle', 'degree') == 'degree'
 
 
 def _spring(joint: Element, model: RobotModelFile, name: str, degrees: bool) -> None:

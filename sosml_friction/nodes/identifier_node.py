@@ -156,16 +156,9 @@ class IdentifierNode(ProgramNode):
 
     def _look_for(self, model: RobotModelFile) -> None:
         names = model.joint_names
-        self._check_centre(names)
+        check_change('centre', self._p['centre'], names)
         self.get_logger().info(f'model {self._stated.label}: joints {", ".join(names)}')
         self._encoded_names = [name.encode() + b'\0' for name in names]
-
-    def _check_centre(self, names: Sequence[str]) -> None:
-        if self._p['centre'] and len(self._p['centre']) != len(names):
-            raise ConfigurationError(
-                f'parameter centre has {len(self._p["centre"])} values for the joints '
-                f'{", ".join(names)}: give one for each'
-            )
 
     # Messages -----------------------------------------------------------------------------------
 
@@ -317,7 +310,7 @@ class IdentifierNode(ProgramNode):
         assert self._last_state is not None
         # As they are by now.
         self._read_again()
-        self._check_centre(self._robot.names)
+        check_change('centre', self._p['centre'], self._robot.names)
         state = deserialize(self._last_state, _JOINT_STATE)
         trajectory, tags = self._plan(self._robot, state)
         name = self._p['run_name'] or datetime.now(timezone.utc).strftime('%Y%m%d_%H%M%S')
@@ -330,6 +323,7 @@ class IdentifierNode(ProgramNode):
 
     def _open_bag(self, folder: Path, tags: Mapping[str, str]) -> BagRecorder:
         assert self._stated.model is not None
+        assert self._robot is not None
         recorder = BagRecorder(folder, {**tags, **controller_tags(self._controllers)})
         kinds = {
             'joint_states': _JOINT_STATE,
@@ -340,9 +334,13 @@ class IdentifierNode(ProgramNode):
         kinds |= {f'friction_estimate/{observer}': _JOINT_STATE for observer in self._observers}
         for topic, kind in kinds.items():
             recorder.add_topic(self.resolve_topic_name(topic), kind)
+        # The one that the model's robot is made of.
+        urdf, own = self._latched['robot_description'], self._robot.document
+        if own != deserialize(urdf, 'std_msgs/msg/String').data:
+            urdf = serialize(String(data=own))
         texts = {
             **self._latched,
-            'robot_description': self._description(),
+            'robot_description': urdf,
             'model_description': serialize(String(data=self._stated.model.to_yaml())),
         }
         now_ns = self.get_clock().now().nanoseconds
@@ -350,15 +348,6 @@ class IdentifierNode(ProgramNode):
             recorder.add_topic(self.resolve_topic_name(topic), 'std_msgs/msg/String', latched=True)
             recorder.write(self.resolve_topic_name(topic), data, now_ns)
         return recorder
-
-    def _description(self) -> bytes:
-        """Return the URDF that goes into the bag: the one the model's robot is made of."""
-        received = self._latched['robot_description']
-        assert self._robot is not None
-        own = self._robot.document
-        if own == deserialize(received, 'std_msgs/msg/String').data:
-            return received
-        return serialize(String(data=own))
 
     def _plan(self, robot: Robot, state: JointState) -> tuple[Trajectory, dict[str, str]]:
         """Return the trajectory from where the robot is, and what the bag says of it."""

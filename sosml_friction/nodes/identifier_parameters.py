@@ -30,7 +30,7 @@ def _options() -> dict[str, tuple[TrajectoryOption, str]]:
 
 def check_change(name: str, value: Any, joints: Sequence[str]) -> None:
     """
-    Check a parameter that is set while the node runs, as ~/start would.
+    Check the value of a parameter, as ~/start would.
 
     :param joints: of the robot; empty where they are not known yet.
     :raises SosmlFrictionError: why it cannot be used.
@@ -47,7 +47,8 @@ def check_change(name: str, value: Any, joints: Sequence[str]) -> None:
     lengths = {'centre': (0, len(joints)), 'acceleration_limit': (0, 1, len(joints))}
     if joints and name in lengths and len(value) not in lengths[name]:
         raise ConfigurationError(
-            f'{name} has {len(value)} values for the joints {", ".join(joints)}: give one for each'
+            f'parameter {name} has {len(value)} values for the joints {", ".join(joints)}: give '
+            'one for each'
         )
 
 

@@ -59,11 +59,6 @@ def examine() -> list[Finding]:
     return [*_software(), _cache(), *_ros(), *_buses(), _real_time(), *_extras()]
 
 
-def is_ready(found: Sequence[Finding]) -> bool:
-    """Tell whether nothing is missing that every command needs."""
-    return all(one.verdict != MISSING for one in found)
-
-
 def _installed(package: str) -> str:
     try:
         return version(package)
@@ -169,7 +164,8 @@ def _extras() -> Iterator[Finding]:
 
 def machine_document(found: Sequence[Finding]) -> dict[str, Any]:
     """Return the object of ``sosml doctor --json``: docs/schema/doctor.schema.json."""
-    return {'format': FORMAT, 'ready': is_ready(found), 'findings': [x._asdict() for x in found]}
+    ready = all(one.verdict != MISSING for one in found)
+    return {'format': FORMAT, 'ready': ready, 'findings': [x._asdict() for x in found]}
 
 
 def machine_table(found: Sequence[Finding]) -> FittingTable:
