@@ -27,9 +27,7 @@ class Parameters(Figure[JointView]):
         return view.preferred is not None
 
     def draw(self, view: JointView) -> Drawing:
-        return draw_parameters(
-            parameter_rows(view), None if view.truth is None else view.truth.parameters
-        )
+        return draw_parameters(parameter_rows(view), view.known or None)
 
 
 def parameter_rows(view: JointView) -> list[ParameterRow]:
