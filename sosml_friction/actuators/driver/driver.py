@@ -264,7 +264,7 @@ class JointDriver:
     def _requests(self, now_ns: int) -> list[list[Request]]:
         if self.state is DriverState.ENABLED:
             try:
-                self._motion.sample(now_ns)
+                self._motion.follower.sample(now_ns)
                 if self._bus.deaf:
                     # Commands that nobody takes must not pile up where they may burst out later.
                     return [actuator.observe(now_ns) for actuator in self._actuators]
