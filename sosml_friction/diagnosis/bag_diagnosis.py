@@ -17,8 +17,10 @@ from sosml_friction.bags.source import Source, bag_source
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.library import make_library
-from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.diagnosis.recordings import Recordings
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_comparison import BodyComparison
+from sosml_friction.identification.body_refit import BodyRefit
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
 
@@ -105,10 +107,10 @@ def diagnose_logs(
     fitted: list[Check] = []
     if unknown := nominal.unknown_armature:
         settings = replace(settings or DiagnosisSettings(), unknown_armature=unknown)
-        rotors = BodyComparison.of([log for _, log in logs], nominal, 0.0, step).refit
-        assert rotors is not None
-        nominal = rotors.model
-        fitted = [Check('armature', 'warning', '*', said) for said in rotors.sentences()]
+        rotors = _fitted_rotors([log for _, log in logs], nominal, step)
+        nominal = nominal.with_armature({'*': 0.0}) if rotors is None else rotors.model
+        told = () if rotors is None else rotors.sentences()
+        fitted = [Check('armature', 'warning', '*', said) for said in told]
     diagnosis = diagnose(
         [log for _, log in logs],
         nominal,
@@ -145,3 +147,21 @@ def diagnose_logs(
     diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut, *held, *fitted))
     other = None if holdout is None else holdout[1]
     return BagDiagnosis(diagnosis, nominal, provenance, other)
+
+
+def _fitted_rotors(
+    logs: Sequence[JointLog], nominal: RobotModelFile, step: Callable[[str], None]
+) -> BodyRefit | None:
+    """
+    Return the model with rotors that it does not know as they fit; None where no data are of use.
+
+    :raises DataError: if a joint is not in a recording, or the recordings are too short.
+    """
+    recordings = Recordings.checked(logs, nominal.with_armature({'*': 0.0}).make_robot())
+    try:
+        recordings.refuse_bad()
+    except DataError:
+        # The diagnosis will say so.
+        return None
+    # Of a joint that rests nothing is known: its terms would cost as much as all others.
+    return BodyComparison.of(recordings.logs, nominal, 0.0, step).refit

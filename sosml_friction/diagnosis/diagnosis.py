@@ -19,6 +19,7 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import nominal_friction
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.design import Design, Step
+from sosml_friction.diagnosis.extended_model.carry_over import Key
 from sosml_friction.diagnosis.extended_model.effort_error import stages
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
@@ -162,7 +163,21 @@ def _searched(
     """Return what is found in a design."""
     search = Search.run(design, step, all_friction)
     step('measuring the gain')
-    return _concluded(search, Judgement.of(search, model, keep_all), without, step)
+    judged = Judgement.of(search, model, keep_all)
+    found, refused = (search, judged), set[Key]()
+    while taken := _keys(search.selection) - _keys(judged.selection) - refused:
+        # What a cause stood for that data left out contradict may be another one.
+        refused |= taken
+        search = search.further(judged.selection.accepted, refused, step)
+        judged = Judgement.of(search, model, keep_all)
+        if _keys(judged.selection) - _keys(found[1].selection):
+            found = search, judged
+    return _concluded(*found, without, step)
+
+
+def _keys(selection: Selection) -> set[Key]:
+    """Return effect and joint of what was accepted."""
+    return {finding.key for finding in selection.accepted}
 
 
 def _concluded(

@@ -2,14 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The third step of a diagnosis: the causes that are found in a regression."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.shown_gate import shown_gate
 from sosml_friction.diagnosis.design import Design, Step
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.whitened import WhitenedRegression
+
+#: Why a cause is not found again.
+CONTRADICTED = 'data left out contradict it'
 
 
 @dataclass(frozen=True)
@@ -41,3 +46,12 @@ class Search:
                 selector = Selector(design.laboratory, step)
                 selection = selector.run(all_friction)
         return cls(design, shown_gate(selector, selection))
+
+    def further(
+        self, stay: Sequence[Finding], refused: Iterable[tuple[str, int]], step: Step
+    ) -> 'Search':
+        """Search on beside the causes that stay, without those that were taken back."""
+        selector = Selector(self.design.laboratory, step)
+        selection = selector.run(begin=stay, refused=dict.fromkeys(refused, CONTRADICTED))
+        selection = replace(shown_gate(selector, selection), ranking=self.selection.ranking)
+        return replace(self, selection=selection)

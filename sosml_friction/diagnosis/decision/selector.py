@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forward selection of causes, with backward elimination."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -41,17 +41,24 @@ class Selector:
         self.scorer = Scorer(laboratory)
         self._impossible = 0.0
 
-    def run(self, all_friction: bool = False) -> Selection:
+    def run(
+        self,
+        all_friction: bool = False,
+        begin: Iterable[Finding] = (),
+        refused: Mapping[tuple[str, int], str] | None = None,
+    ) -> Selection:
         """
         Return the causes that passed all gates, after backward elimination.
 
+        :param begin: causes that are accepted at the outset.
+        :param refused: candidates that are impossible whatever their amplitude, and why.
         :param all_friction: begin with all numbers of the nominal's friction as causes, instead of
             none: those stay that explain more than their floors beside the others.
         """
         lab = self.laboratory
         fit = Fit.make(lab.system, lab.y)
-        result = Selection(fit.baseline, fit)
-        self.scorer.refused.clear()
+        result = Selection(fit.baseline, fit).refitted(lab, begin)
+        self.scorer.refused = dict(refused or {})
         if all_friction:
             result = self._with_all_friction(result)
         while True:
