@@ -16,6 +16,7 @@ from sosml_friction.identification.data_finding import LEFT_OUT, WARNING
 from sosml_friction.identification.joint_checks import check_joint
 from sosml_friction.identification.joint_relations import Slopes
 from sosml_friction.identification.new_values import repeated_samples
+from sosml_friction.identification.swapped_joints import swapped_joints
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.signals import Signals
@@ -184,6 +185,8 @@ def check_joints(log: JointLog, robot: Robot) -> list[Check]:
     log = log.rows(rows)
     slopes = Slopes.of(log)
     checks = []
+    if swapped := swapped_joints(log, robot, slopes):
+        checks.append(Check('effort', 'bad', '*', swapped))
     for i in range(robot.n):
         found, _, _, findings = check_joint(log, robot, i, slopes)
         for finding in findings:

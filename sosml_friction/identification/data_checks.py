@@ -25,6 +25,7 @@ from sosml_friction.identification.joint_checks import JointChecks, check_joint
 from sosml_friction.identification.joint_relations import WINDOW_S, Slopes
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
 from sosml_friction.identification.stamp_checks import check_stamps
+from sosml_friction.identification.swapped_joints import swapped_joints
 from sosml_friction.model.robot import Robot
 
 #: Six windows of steady motion, the fewest a law is fitted to, take at least this long [s].
@@ -141,6 +142,8 @@ def check_data(
         raise DataError(slow)
     joints = {}
     v, tau, slopes = log.v.copy(), log.tau.copy(), Slopes.of(log)
+    if swapped := swapped_joints(log, robot, slopes):
+        raise DataError(swapped)
     for i, name in enumerate(robot.names):
         joints[name], v[:, i], tau[:, i], own = check_joint(
             log, robot, i, slopes, name in free_rotors

@@ -18,6 +18,7 @@ from sosml_friction.identification.data_finding import (
 from sosml_friction.identification.joint_relations import (
     SCALE,
     VELOCITY_UNITS,
+    WELL,
     EffortRelation,
     Slopes,
     VelocityRelation,
@@ -49,9 +50,9 @@ _MOST_SATURATED = 0.2
 _IMPOSSIBLE = 3.0
 #: A velocity this many times the slope of position is another one.
 _OTHER_VELOCITY = 1.2
-#: The misfit of another hypothesis is at most this share of that of the data as they are, and of
-#: one that is to refuse a joint. Chosen, no measurement.
-_WELL, _FAR = 0.5, 1.0 / 3.0
+#: The misfit of a hypothesis that is to refuse a joint is at most this share of that of the data
+#: as they are. Chosen, no measurement.
+_FAR = 1.0 / 3.0
 #: The same of an effort that lost its sign. Of 200 pendulums with cogging and a knee, which the
 #: check does not know, efforts lifted until they hardly touch 0 had 0.96 at least, and lost signs
 #: of a tenth of the samples and more at most 0.31, three quarters of them (as in
@@ -254,7 +255,7 @@ def _refusal(
     if (
         effort is not None
         and effort.unit is not None
-        and effort.unit_misfit < _WELL * effort.by_bodies
+        and effort.unit_misfit < WELL * effort.by_bodies
     ):
         return 'position_unit', (
             f'the position of joint {name} is in {effort.unit}: read so, gravity and inertia of '

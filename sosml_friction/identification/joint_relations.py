@@ -27,7 +27,10 @@ from sosml_friction.regression.column_norms import column_norms
 WINDOW_S = 0.1
 #: Most rows on which the body's effort is computed, which bounds the time, and fewest that say
 #: something of five parameters. Chosen, no measurement.
-_ROWS, _FEWEST_ROWS = 800, 30
+ROWS, FEWEST_ROWS = 800, 30
+#: The misfit of another hypothesis is at most this share of that of the data as they are. Chosen,
+#: no measurement.
+WELL = 0.5
 #: The rows of one cluster of the jackknife [s].
 _CLUSTER_S = 1.0
 #: Longest delay that is tried [s], and of an effort that is as late. Chosen, no measurement.
@@ -138,7 +141,7 @@ def velocity_relation(
     both are over a window.
     """
     v, half = slopes.v[:, i], slopes.half
-    mean = _mean(reported, half)
+    mean = mean_over(reported, half)
     most = int(_LONGEST_S / slopes.period)
     rows = np.flatnonzero(moving & np.isfinite(v) & _known_around(mean, most))
     if len(rows) < 2 * half:
@@ -190,7 +193,7 @@ def speed_limit(
         return None
 
     groups = [np.flatnonzero(where) for where in (at, below)]
-    groups = [rows[:: max(1, len(rows) // _ROWS)] for rows in groups]
+    groups = [rows[:: max(1, len(rows) // ROWS)] for rows in groups]
     rows = np.concatenate(groups)
     is_fast = np.arange(len(rows)) < len(groups[0])
     sign = np.sign(v[rows])
@@ -221,10 +224,10 @@ def lost_sign(
     :param usable: samples (N,) with known effort.
     """
     v, known = slopes.v[:, i], log.tau[np.isfinite(log.tau[:, i]), i]
-    one_way = np.abs(_mean(np.sign(v), slopes.half)) > _ONE_WAY
+    one_way = np.abs(mean_over(np.sign(v), slopes.half)) > _ONE_WAY
     rows = np.flatnonzero(usable & one_way & np.isfinite(slopes.a).all(axis=1))
-    rows = rows[:: max(1, len(rows) // _ROWS)]
-    if len(rows) < _FEWEST_ROWS or known.min() < 0.0 < known.max():
+    rows = rows[:: max(1, len(rows) // ROWS)]
+    if len(rows) < FEWEST_ROWS or known.min() < 0.0 < known.max():
         return None
     bodies = robot.torque_regressors(log.q[rows], slopes.v[rows], slopes.a[rows])[:, i]
     own = np.column_stack([np.sign(v[rows]), v[rows], slopes.a[rows, i], np.ones(len(rows))])
@@ -330,15 +333,15 @@ def effort_relation(
     :param free_rotor: whether its armature is not known: acceleration alone shows nothing then.
     """
     # What is differenced over a window twice is a mean over it twice: so is the other side.
-    effort = _mean(_mean(log.tau[:, i], slopes.half), slopes.half)
-    sign = _mean(_mean(np.sign(slopes.v[:, i]), slopes.half), slopes.half)
-    slow = _mean(slopes.v[:, i], slopes.half)
+    effort = mean_over(mean_over(log.tau[:, i], slopes.half), slopes.half)
+    sign = mean_over(mean_over(np.sign(slopes.v[:, i]), slopes.half), slopes.half)
+    slow = mean_over(slopes.v[:, i], slopes.half)
     known = np.isfinite(slopes.a).all(axis=1) & usable
     for column in (effort, sign, slow):
         known &= np.isfinite(column)
     rows = np.flatnonzero(known)
-    rows = rows[:: max(1, len(rows) // _ROWS)]
-    if len(rows) < _FEWEST_ROWS:
+    rows = rows[:: max(1, len(rows) // ROWS)]
+    if len(rows) < FEWEST_ROWS:
         return None
     q, v, a = log.q[rows], slopes.v[rows], slopes.a[rows]
     tau = effort[rows]
@@ -440,7 +443,7 @@ def _delay_within(
     """Return the same of delays of so long at most."""
     most = int(longest_s / slopes.period)
     kept = _known_around(tau, most)[rows]
-    if kept.sum() < _FEWEST_ROWS:
+    if kept.sum() < FEWEST_ROWS:
         return 0.0, np.nan
     X, rows = np.column_stack(columns)[kept], rows[kept]
     U = _basis(X)
@@ -467,7 +470,7 @@ def _known_around(x: FloatArray, most: int) -> BoolArray:
     return np.asarray(maximum_filter1d(unknown, 2 * most + 1, mode='constant', cval=1) == 0)
 
 
-def _mean(x: FloatArray, half: int) -> FloatArray:
+def mean_over(x: FloatArray, half: int) -> FloatArray:
     """Return the mean over a window of 2 half steps, its ends by half, (N,); NaN at the ends."""
     result = np.full(len(x), np.nan)
     if len(x) > 2 * half:

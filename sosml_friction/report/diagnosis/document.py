@@ -99,8 +99,8 @@ def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
     if told and diagnosis.gain is not None:
         lines.append(f'Each cause by itself, beside the others, on {diagnosis.gain.on}:')
         lines += [f'  {line}' for line in told]
-    if diagnosis.rejected is not None and diagnosis.verdict != 'bad_data':
-        lines.append(f'  not named: {rejection(diagnosis.rejected)}')
+    if (why_not := rejection(diagnosis)) and diagnosis.verdict != 'bad_data':
+        lines.append(f'  not named: {why_not}')
     if diagnosis.recommendation is not None:
         lines.append(f'Next: {diagnosis.recommendation.sentence}')
     elif any(cause.in_model for cause in diagnosis.terms):

@@ -117,8 +117,7 @@ def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None 
         span = sum(float(x.time[-1] - x.time[0]) for x in laboratory.signals)
         told['Length used'] = f'{span:.1f} s'
     kind, label = _BADGES.get(diagnosis.verdict, ('open', words(diagnosis.verdict)))
-    rejected = diagnosis.rejected
-    remarks = [] if rejected is None else [f'Not named: {rejection(rejected)}']
+    remarks = [f'Not named: {why_not}'] if (why_not := rejection(diagnosis)) else []
     severe = [check.sentence for check in diagnosis.checks if check.severity != 'note']
     minor = [check.sentence for check in diagnosis.checks if check.severity == 'note']
     parts = [
@@ -166,11 +165,16 @@ def _next_steps(diagnosis: Diagnosis) -> list[str]:
     return []
 
 
-def rejection(rejected: Mapping[str, Any]) -> str:
-    """Return which candidate was not named, and why."""
-    return f'{words(rejected["effect"])} ({joint_text(rejected["joint"])}), because ' + '; '.join(
-        rejected['failed']
-    )
+def rejection(diagnosis: Diagnosis) -> str:
+    """Return which candidate was not named, and why; '' if there is none."""
+    rejected = diagnosis.rejected
+    if rejected is None:
+        return ''
+    key = rejected['effect'], rejected['joint']
+    # What is a sum of waves may be named already, and only one more is not.
+    further = 'a further ' if key in {cause.key for cause in diagnosis.terms} else ''
+    why = '; '.join(rejected['failed'])
+    return f'{further}{words(key[0])} ({joint_text(key[1])}), because {why}'
 
 
 def _bounds(settings: DiagnosisSettings) -> str:

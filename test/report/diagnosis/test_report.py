@@ -19,7 +19,12 @@ from sosml_friction.diagnosis.residual.variance_steps import variance_steps
 from sosml_friction.diagnosis.wording import describe
 from sosml_friction.identification.number_text import words
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.report.diagnosis.html import answer, clauses, render_diagnosis
+from sosml_friction.report.diagnosis.html import (
+    answer,
+    clauses,
+    rejection,
+    render_diagnosis,
+)
 from sosml_friction.report.diagnosis.tables import experiments, floors, parameters
 from sosml_friction.report.figures.diagnosis.confusability_map import MOST, ConfusabilityMap
 from sosml_friction.report.figures.diagnosis.timing import milliseconds
@@ -145,3 +150,14 @@ def test_a_rival_of_another_joint_is_named_in_words():
 )
 def test_a_time_that_is_nothing_has_no_sign(seconds, text):
     assert milliseconds(seconds) == text
+
+
+def test_one_more_wave_of_what_is_named_is_said_to_be_a_further_one(diagnosis):
+    named = diagnosis.causes[0]
+    more = {'effect': named.effect, 'joint': named.joint, 'failed': ['it is small']}
+    found = dataclasses.replace(diagnosis, rejected=more)
+    words = named.effect.replace('_', ' ')
+    assert rejection(found) == f'a further {words} (slider), because it is small'
+    other = dataclasses.replace(diagnosis, rejected={**more, 'effect': 'backlash'})
+    assert rejection(other) == 'backlash (slider), because it is small'
+    assert rejection(dataclasses.replace(diagnosis, rejected=None)) == ''
