@@ -148,7 +148,8 @@ def _guess(
     if urdf is not None:
         found.content['urdf'] = os.path.relpath(urdf.absolute(), path.absolute().parent)
     try:
-        path.write_text(found.to_yaml(f'Proposed for {file.name}: look through it.'))
+        text = found.to_yaml(f'Proposed for {file.name}: look through it.')
+        path.write_text(text, encoding='utf-8')
     except OSError as error:
         raise ConfigurationError(f'{path} cannot be written: {error.strerror}') from error
     command = f'sosml import {quote(str(file))} --map {quote(str(path))}'

@@ -27,9 +27,11 @@ def info(
     """
     from sosml_friction.bags.bag import Bag
     from sosml_friction.bags.bag_information import bag_information
+    from sosml_friction.bags.tables.file_kind import is_table
     from sosml_friction.report.common.bag_view import information_blocks
 
     with progress(f'reading {bag}'):
         information = bag_information(Bag.open(bag, namespace))
-    information['path'] = str(recording or bag)
-    print_result(json, information, information_blocks(information, recording is not None))
+    given = recording or bag
+    information['path'] = str(given)
+    print_result(json, information, information_blocks(information, is_table(given)))

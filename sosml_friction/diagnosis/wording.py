@@ -313,8 +313,8 @@ def _noise(left: Sequence[tuple[str, float, float]]) -> str:
     if not parts:
         return ''
     return (
-        f' Free curves explain {", ".join(parts)}, in whitened energy: what else is left where '
-        'joints slide is noise.'
+        f' Free curves of one quantity each explain {", ".join(parts)}, in whitened energy: what '
+        'else is left where joints slide is noise, or hangs on several of them at once.'
     )
 
 

@@ -66,7 +66,11 @@ class Guess:
 def _word(text: str) -> str:
     plain = text.replace('_', '').replace('.', '')
     is_plain = plain.isalnum() and not plain[0].isdecimal()
-    return text if is_plain and text.lower() not in _YAML_WORDS else json.dumps(text)
+    return (
+        text
+        if is_plain and text.lower() not in _YAML_WORDS
+        else json.dumps(text, ensure_ascii=False)
+    )
 
 
 def _flow(value: Any) -> str:

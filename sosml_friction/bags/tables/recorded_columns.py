@@ -291,7 +291,7 @@ class RecordedColumns:
             return ('m', 'it slides in the URDF') if span < 5.0 else ('mm', f'it moves {span:.3g}')
         values = self.series[name]
         if span > 100.0 and np.isfinite(values).all() and (values == np.rint(values)).all():
-            return 'counts', f'whole numbers, {span:.0f} from end to end'
+            return 'counts', f'whole numbers, {np.ptp(values):.0f} from end to end'
         far = max(map(self._farthest, alike.values()), default=0.0)
         own = spans.get(joint, 0.0)
         if span <= _RAD_SPAN[1] and far > _FAR:

@@ -88,7 +88,14 @@ def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Colum
         above = [[*cells, ''] if len(cells) == width - 1 else cells for cells in above]
     if not any(len(cells) == width for cells in above):
         above = [_without_remarks(cells, width) for cells in above[-1:]]
-    above = [cells for cells in above if len(cells) == width]
+    named = [cells for cells in above if len(cells) == width]
+    if above and not named and width == 2 * len(above[-1]) and _are_whole(rows[first:]):
+        raise DataError(
+            f'{path} has {len(above[-1])} names of columns and {width} whole numbers in a row: a '
+            'comma seems to be both the decimal mark and between the columns; export it with '
+            'decimal points, or with semicolons'
+        )
+    above = named
     names = _labelled([cells for cells in whole if len(cells) == width]) or _names(above, width)
     table = _without_words(rows[first:])
     if len(table) > 1 and _says_the_end(table[-1].cells) and not _says_the_end(table[-2].cells):
@@ -112,6 +119,11 @@ def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Colum
                 f'{path} has two columns {name!r} with other numbers: each needs its own name'
             )
     return dict(_without_unit(name, column) for name, column in columns.items())
+
+
+def _are_whole(rows: list[Row]) -> bool:
+    """Tell whether there is no decimal mark in any cell."""
+    return all(cell.lstrip('+-').isdecimal() for _, cells in rows[:_LOOK] for cell in cells)
 
 
 def _without_remarks(cells: list[str], width: int) -> list[str]:
@@ -347,7 +359,7 @@ def _labelled(above: list[list[str]]) -> list[str]:
     words, has no name but that of the line of its step.
     """
     # As "Channel name" too.
-    labels = {cells[0].lower().split()[-1]: cells for cells in above if cells[0].split()}
+    labels = {cells[0].lower().split()[-1]: cells for cells in above if cells and cells[0].split()}
     if not {'name', 'unit'} <= set(labels):
         return []
     names, units = labels['name'], labels['unit']

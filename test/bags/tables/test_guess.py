@@ -1482,3 +1482,14 @@ def test_each_joint_is_told_how_far_it_moves_itself(tmp_path):
     guess = guess_mapping(DataFile(path), f'<robot name="x">{links}{"".join(turns)}</robot>')
     assert 'and moves 2' in guess.reasons['joints.j1.position']
     assert guess.reasons['joints.j2.position'].endswith('and moves 0.6, and j1 2')
+
+
+def test_counts_are_told_by_the_travel_of_each_joint_and_names_as_they_are_written(tmp_path):
+    t, one, _, effort = joint(0)
+    own = [np.rint(4096 * x) for x in (one, 0.5 * one)]
+    header = ['t', '位置 enc', 'q2 enc', 'tau1', 'tau2']
+    guess = guess_mapping(save(tmp_path, [t, *own, effort, effort], header))
+    text = guess.to_yaml('x')
+    assert '"位置 enc"' in text
+    for counts in own:
+        assert f'whole numbers, {np.ptp(counts):.0f} from end to end' in text

@@ -251,6 +251,7 @@ def test_whole_numbers_parted_by_commas_are_no_decimal_commas(tmp_path):
 
 
 @example('%0')
+@example('%')
 @given(st.text(max_size=200))
 def test_any_text_is_a_table_or_a_sentence(tmp_path_factory, text):
     path = tmp_path_factory.mktemp('any') / 'x.csv'
@@ -405,3 +406,12 @@ def test_a_remark_that_no_row_has_takes_no_names(tmp_path, header, names):
     rows = [f'{0.1 * k:.1f}\t{-0.5 * k}\t{k}' for k in range(20)]
     (tmp_path / 'x.lvm').with_suffix('.csv').write_text('\n'.join([header, *rows]) + '\n')
     assert list(DataFile(tmp_path / 'x.csv')) == names
+
+
+def test_a_comma_that_is_decimal_mark_and_delimiter_at_once_is_told(tmp_path):
+    path = tmp_path / 'x.csv'
+    path.write_text('t,q\n' + ''.join(f'0,{k:03d},1,{k:04d}\n' for k in range(20)))
+    with pytest.raises(
+        DataError, match='2 names of columns and 4 whole numbers in a row: a comma'
+    ):
+        DataFile(path)
