@@ -20,8 +20,6 @@ from sosml_friction.regression.column_norms import ROUNDING
 from sosml_friction.regression.kernels import convolve_rows, products, squares
 from sosml_friction.regression.noise_model import NoiseModel
 
-IntArray = IndexArray
-
 #: Ridge of a free parameter as a share of its column's whitened square norm. It keeps the
 #: equations regular and moves an estimate by 1e-10 of itself.
 _FREE = 1e-10
@@ -39,8 +37,8 @@ _MISSES = 3
 class Blocks:
     """Say which rows belong to which block: ``edges`` (blocks + 1,), ``fold`` (blocks,)."""
 
-    edges: IntArray
-    fold: IntArray
+    edges: IndexArray
+    fold: IndexArray
 
     @property
     def ranges(self) -> list[tuple[int, int]]:
@@ -158,15 +156,15 @@ class CandidateColumns:
     and ``B`` (blocks, g, p, k) with the system's columns, summed over the joints.
     """
 
-    rows: IntArray
+    rows: IndexArray
     C: ColumnArray
     A: FloatArray
     B: FloatArray
 
     @classmethod
-    def make(cls, system: System, rows: IntArray, C: ColumnArray) -> CandidateColumns:
+    def make(cls, system: System, rows: IndexArray, C: ColumnArray) -> CandidateColumns:
         """Return the products of ``C`` with itself and with the system."""
-        A = np.array([_squares(C[a:b]) for a, b in system.blocks.ranges])
+        A = np.array([squares(C[a:b]) for a, b in system.blocks.ranges])
         return cls(rows, C, A, np.empty((*A.shape[:2], 0, A.shape[2]))).beside(system)
 
     def beside(self, system: System) -> CandidateColumns:
@@ -207,15 +205,6 @@ def joined(columns: Sequence[CandidateColumns], n: int) -> FloatArray:
     for each, first in zip(columns, ends, strict=False):
         result[:, each.rows, first : first + each.C.shape[3]] = each.C[:, :, 0]
     return result
-
-
-def _squares(part: ColumnArray) -> FloatArray:
-    """Return part' part at each point of the grid, summed over the joints, (g, k, k)."""
-    t, m, g, k = part.shape
-    if g == 1:
-        flat = part.reshape(t * m, k)
-        return np.asarray((flat.T @ flat)[None])
-    return squares(part)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Loops over columns, compiled: whitening, sums of squares, lines in position, hats."""
+"""Sums over the columns of a regression: filters, products, squares, hats, and runs of a mask."""
 
 import numpy as np
 
@@ -53,48 +53,16 @@ def products(left: FloatArray, columns: ColumnArray) -> FloatArray:
     return result
 
 
-@compiled
 def squares(part: ColumnArray) -> FloatArray:
     """Return sum over rows and joints of part' part at each point of a grid, (g, k, k)."""
-    rows, m, g, k = part.shape
-    result = np.zeros((g, k, k))
-    for t in range(rows):
-        for i in range(m):
-            for j in range(g):
-                for a in range(k):
-                    x = np.float64(part[t, i, j, a])
-                    for b in range(a + 1):
-                        result[j, a, b] += x * part[t, i, j, b]
-    for j in range(g):
-        for a in range(k):
-            for b in range(a):
-                result[j, b, a] = result[j, a, b]
-    return result
+    points = part.reshape(-1, *part.shape[2:]).transpose(1, 2, 0).astype(np.float64)
+    return np.asarray(points @ points.swapaxes(1, 2))
 
 
-@compiled
 def hats(x: FloatArray, knots: FloatArray) -> FloatArray:
     """Return hats of x, (N, knots): 1 at their knot, 0 at others, lines between, 1 beyond ends."""
-    count = len(knots)
-    result = np.zeros((len(x), count))
-    for t in range(len(x)):
-        if x[t] <= knots[0]:
-            result[t, 0] = 1.0
-        elif x[t] >= knots[count - 1]:
-            result[t, count - 1] = 1.0
-        else:
-            k = 0
-            while x[t] > knots[k + 1]:
-                k += 1
-            share = (x[t] - knots[k]) / (knots[k + 1] - knots[k])
-            result[t, k] = 1.0 - share
-            result[t, k + 1] = share
-    return result
-
-
-def quantile_knots(x: FloatArray, count: int) -> FloatArray:
-    """Return quantiles of x (N,) in even steps, at most ``count``: fewer where they are equal."""
-    return np.unique(np.quantile(x, np.linspace(0.01, 0.99, count)))
+    number = np.arange(len(knots))
+    return np.maximum(1.0 - np.abs(np.interp(x, knots, number)[:, None] - number), 0.0)
 
 
 def runs(mask: BoolArray) -> list[tuple[int, int]]:

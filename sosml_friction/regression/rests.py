@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.column_norms import COLLINEAR, column_norms
-from sosml_friction.regression.kernels import runs
+from sosml_friction.regression.kernels import hats, runs
 from sosml_friction.regression.noise_model import ORDER
 
 #: A joint stands still where it is slower than this share of its top speed over one cycle of the
@@ -248,8 +248,7 @@ def _courses(rows: slice, begin: int, end: int, band: Band) -> FloatArray:
     begin, end = max(begin, low), min(end, high)
     knots = np.linspace(begin, end - 1, max(2, round((end - begin) / band.factor) + 1))
     inside = (t >= begin) & (t < end)
-    courses = [np.interp(t, knots, hat) * inside for hat in np.eye(len(knots))]
-    return _span(band.apply(np.column_stack(courses)))
+    return _span(band.apply(hats(t, knots) * inside[:, None]))
 
 
 def _span(columns: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.regression.chance import SIGMAS
-from sosml_friction.regression.kernels import hats, quantile_knots
+from sosml_friction.regression.kernels import hats
 from sosml_friction.regression.signals import Signals
 
 #: Least distance of two things on an axis, in standard deviations of the noise there, to be told
@@ -32,7 +32,8 @@ def knots_of(
     :param noise: standard deviation of what is no motion in the signal (n,); None for nothing.
     """
     x = np.concatenate([signal(s) for s in stretches])
-    knots = [quantile_knots(x[:, i], count) for i in range(x.shape[1])]
+    # Fewer than ``count`` where quantiles are equal.
+    knots = [np.unique(np.quantile(own, np.linspace(0.01, 0.99, count))) for own in x.T]
     least = np.zeros(len(knots)) if noise is None else APART * noise
     return [_apart(own, distance) for own, distance in zip(knots, least, strict=True)]
 
@@ -51,7 +52,7 @@ def padded_hats(
     x: FloatArray, knots: FloatArray, count: int, factors: Sequence[FloatArray | float] = (1.0,)
 ) -> FloatArray:
     """Return hats of x (N,) times each factor (N,), (N, factors count), 0 for missing knots."""
-    hat = hats(np.ascontiguousarray(x), knots)
+    hat = hats(x, knots)
     result = np.zeros((len(x), len(factors), count))
     for k, factor in enumerate(factors):
         result[:, k, : len(knots)] = hat * np.reshape(factor, (-1, 1))
