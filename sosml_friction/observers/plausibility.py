@@ -299,10 +299,6 @@ class Plausibility:
             self._frozen_q,
         )
 
-    def _is_known(self, joint: int) -> bool:
-        """Tell whether friction was seen in motion for long enough; short slips do not count."""
-        return len(self._seen[joint]) >= _KNOWN
-
     def _judge_effort(
         self, tau: FloatArray, causes: dict[int, str], remarks: dict[int, str]
     ) -> FloatArray:
@@ -462,11 +458,12 @@ class Plausibility:
                     self._friction[joint] = (
                         max(seen) if leaves else max(self._friction[joint], greatest)
                     )
-            if self._is_known(joint):
+            # Short slips do not count.
+            if len(self._seen[joint]) >= _KNOWN:
                 self._most[joint] = _BREAKAWAY * self._friction[joint]
-            if self._is_known(joint) and self._has_stopped_dead(samples, joint):
-                self._frozen_q[joint] = samples[-1].q[joint]
-                self._found = True
+                if self._has_stopped_dead(samples, joint):
+                    self._frozen_q[joint] = samples[-1].q[joint]
+                    self._found = True
         self._greatest[:] = 0.0
         if not (enough and self._uses_velocity):
             return

@@ -18,7 +18,7 @@ from sosml_friction.regression.kernels import POINTS_AT_ONCE, ROWS_AT_ONCE
 from sosml_friction.regression.nominal import Nominal, make_nominal
 from sosml_friction.regression.rests import without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import Signals, silent_throughout
+from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.structure import Structure
 
 #: The m joints that columns act in, and the columns of each stretch (K, m, g, k).
@@ -60,7 +60,8 @@ class BandRows:
         :raises ConfigurationError: if no effect can act.
         """
         first = signals[0]
-        silent = silent_throughout(signals)
+        # Joints whose effort is known in no stretch.
+        silent = frozenset.intersection(*(s.silent for s in signals))
         nominal = make_nominal(
             first,
             settings.tolerance,

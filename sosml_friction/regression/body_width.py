@@ -69,9 +69,10 @@ def choose_width(laboratory: WhitenedRegression, system: System) -> BodyWidth:
     G, r, yy = system.total, target.r.sum(axis=(0, 1)), float(target.yy.sum())
     widths = [usual, *(w for w in WIDTHS if w > usual)]
     count = float(laboratory.known.sum())
-    widest = np.diag(_prior(laboratory, system, widths[-1]))
+    prior = {w: _with_prior(laboratory, system, w).penalty() for w in widths}
+    widest = np.diag(prior[widths[-1]])
     s = max(float(yy - r @ np.linalg.solve(G + widest, r)) / count, 1.0)
-    evidence = {w: _log_evidence(G / s, r / s, _prior(laboratory, system, w)) for w in widths}
+    evidence = {w: _log_evidence(G / s, r / s, prior[w]) for w in widths}
     evidence = {w: value - evidence[usual] for w, value in evidence.items()}
     best = max(evidence, key=lambda w: evidence[w])
     # The best of several is taken.
@@ -109,11 +110,6 @@ def with_width(laboratory: WhitenedRegression, tolerance: float) -> WhitenedRegr
     system = replace(laboratory.system, bound=nominal.bound, prior=nominal.prior)
     rows = replace(laboratory.rows, nominal=nominal)
     return replace(laboratory, rows=rows, system=system)
-
-
-def _prior(laboratory: WhitenedRegression, system: System, tolerance: float) -> FloatArray:
-    """Return the precision of each parameter's prior (p,), with that tolerance of the bodies."""
-    return _with_prior(laboratory, system, tolerance).penalty()
 
 
 def _with_prior(laboratory: WhitenedRegression, system: System, tolerance: float) -> System:

@@ -15,8 +15,7 @@ from sosml_friction.model.known_terms import (
     stated_terms,
 )
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.regression.signals import Signals, nominal_friction
-from sosml_friction.regression.stated import Stated
+from sosml_friction.regression.signals import Signals, Stated, nominal_friction
 
 #: Step of a slope over load, as a share of its root mean square: friction by load is of its first
 #: or second power, and a difference to both sides is exact.

@@ -11,12 +11,10 @@ from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_delay import effort_slope
-from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.column_norms import ROUNDING, joints_acted_in
-from sosml_friction.regression.signals import Signals, bump, sign_state
-from sosml_friction.regression.stated import Stated
+from sosml_friction.regression.signals import Signals, Stated, bump, sign_state
 
 #: Share of a sampling interval by which effort may be off, it holds at its start, middle or end,
 #: and the instant at which friction turns around.
@@ -123,19 +121,13 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     """
     s = signals.sign[:, joint]
     late = -first_derivative(s, signals.band.step)
-    columns = {**turn_columns(signals, joint), 'shape': bump(s), LATE: late}
     over, width = (x[joint] for x in (signals.scales.displacement, signals.scales.width))
+    q, v = signals.q[:, joint], signals.v[:, joint]
+    turns = {name: sign_state(q, v, share * over, width) - s for name, share in TURNS.items()}
+    columns = {**turns, 'shape': bump(s), LATE: late}
     if width > 0.0:
-        q, v = signals.q[:, joint], signals.v[:, joint]
         columns[SOFTER] = sign_state(q, v, over, _WIDER * width) - s
     return columns
-
-
-def turn_columns(signals: Recording, joint: int) -> dict[str, FloatArray]:
-    """Return z - s of states z that change over less and over more than s, by name."""
-    over, width = (x[joint] for x in (signals.scales.displacement, signals.scales.width))
-    q, v, s = (x[:, joint] for x in (signals.q, signals.v, signals.sign))
-    return {name: sign_state(q, v, share * over, width) - s for name, share in TURNS.items()}
 
 
 def make_nominal(

@@ -17,6 +17,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.finite_differences import first_derivative, second_derivative
+from sosml_friction.model.known_terms import KnownTerm
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.smooth_sign import softened
@@ -29,7 +30,6 @@ from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.stated import Stated
 from sosml_friction.regression.steady_acceleration import steady_acceleration
 
 #: Displacement over which the friction of a joint that turns around changes its sign: the larger
@@ -66,6 +66,18 @@ _SHORTEST_CYCLES = 60.0
 _NARROWEST = 12.0
 #: Largest share of the sampling frequency that the band may be.
 _HIGHEST = 0.1
+
+
+@dataclass(frozen=True)
+class Stated:
+    """
+    Hold a term that a model states: its amplitudes are nominal parameters, as C and B are.
+
+    ``size`` (k,): what each of them is off in proportion to, in its own unit.
+    """
+
+    known: KnownTerm
+    size: FloatArray
 
 
 @dataclass(frozen=True)
@@ -341,11 +353,6 @@ def make_signals(
         jitter=np.std(first_derivative(noise, step), axis=0),
         silent=frozenset(np.flatnonzero(silent).tolist()),
     )
-
-
-def silent_throughout(stretches: Sequence[Signals]) -> frozenset[int]:
-    """Return the joints whose effort is known in no stretch."""
-    return frozenset.intersection(*(s.silent for s in stretches))
 
 
 def nominal_friction(v: FloatArray, sign: FloatArray, scales: Scales) -> FloatArray:

@@ -53,11 +53,6 @@ def study_robot() -> Robot:
     return Robot(study_urdf(), JOINTS, ARMATURE)
 
 
-def study_laws() -> list[FrictionLaw]:
-    """Return the friction of the study's joints."""
-    return [make_friction_law('stribeck', parameters, SMOOTHING_VELOCITY) for parameters in TRUTH]
-
-
 def simulate(
     robot: Robot,
     reference: Callable[[float], Reference],
@@ -73,12 +68,14 @@ def simulate(
     true state, held over 1 ms. The controller knows no friction: the PD part makes up for it.
 
     :param plant_step: step of the integration [s], a whole fraction of 1 ms.
-    :param laws: friction of the joints; :func:`study_laws` if None.
+    :param laws: friction of the joints; :data:`TRUTH` if None.
     :param disturbance: torque of something else on the joints (n,) [Nm] at a time and position,
         held over 1 ms; it is counted in ``friction``, as an observer counts it.
     """
     start = reference(0.0)
-    plant = Plant(robot, study_laws() if laws is None else laws, start.q, start.v)
+    if laws is None:
+        laws = [make_friction_law('stribeck', truth, SMOOTHING_VELOCITY) for truth in TRUTH]
+    plant = Plant(robot, laws, start.q, start.v)
     substeps = round(PERIOD / plant_step)
     count = round(duration / PERIOD)
     q, v, tau, friction = (np.empty((count, robot.n)) for _ in range(4))

@@ -105,13 +105,15 @@ def _search(
             value(point)
         size = _SIMPLEX
         while True:
+            # Within the cube, one corner at the best point.
+            steps = np.diag(np.where(best + size <= 1.0, size, -size))
             minimize(
                 value,
                 best,
                 method='Nelder-Mead',
                 bounds=[(0.0, 1.0)] * dimensions,
                 options={
-                    'initial_simplex': _simplex(best, size),
+                    'initial_simplex': np.vstack([best, best + steps]),
                     'maxfev': evaluations + 1,
                     'xatol': 1e-3,
                     'fatol': np.inf,
@@ -120,9 +122,3 @@ def _search(
             size = _SMALLER
     except _SpentError:
         return best, best_value
-
-
-def _simplex(centre: FloatArray, size: float) -> FloatArray:
-    """Return a simplex in the cube with one corner at ``centre``, (dimensions + 1, dimensions)."""
-    steps = np.where(centre + size <= 1.0, size, -size)
-    return np.vstack([centre, centre + np.diag(steps)])
