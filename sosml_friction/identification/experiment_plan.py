@@ -148,7 +148,7 @@ def plan_experiment(
 
     def ratio_and_duration(counts: IndexArray) -> tuple[float, float]:
         ratio = float(worst(np.tensordot(counts, of_each, axes=1)))
-        return ratio, ladder_duration(_listed(speeds, counts), settings)
+        return ratio, ladder_duration(np.repeat(speeds, counts), settings)
 
     counts = _best_four(of_each, score)
     ratio, duration = ratio_and_duration(counts)
@@ -167,7 +167,7 @@ def plan_experiment(
         ratio, duration = ratio_and_duration(counts)
         if duration <= budget_s and ratio < best_ratio:
             best, best_ratio = counts, ratio
-    chosen = _listed(speeds, best)
+    chosen = np.repeat(speeds, best).tolist()
     found = np.sqrt(_variances(np.tensordot(best, of_each, axes=1)))
     return ExperimentPlan(
         tuple(float(f'{w:.4g}') for w in chosen),
@@ -198,7 +198,7 @@ def information(
     return np.asarray(2.0 * rows.T @ rows / level_std**2)
 
 
-def ladder_duration(speeds: Sequence[float], settings: PlanSettings) -> float:
+def ladder_duration(speeds: Sequence[float] | FloatArray, settings: PlanSettings) -> float:
     """
     Return how long :func:`~.speed_ladder.speed_ladder` lasts [s].
 
@@ -266,7 +266,3 @@ def _exchange(counts: IndexArray, of_each: FloatArray, score: Score) -> IndexArr
         counts = counts.copy()
         counts[chosen[out]] -= 1
         counts[into] += 1
-
-
-def _listed(speeds: FloatArray, counts: IndexArray) -> list[float]:
-    return np.repeat(speeds, counts).tolist()
