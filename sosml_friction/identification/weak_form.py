@@ -366,6 +366,9 @@ class WeakForm:
         if self.settings.refit_inertia:
             extra = joined(lambda piece: piece.inertial(i))[:, None]
             y = y + extra[:, 0]
+        ways = {'held': y - lost} if lost.any() else {}
+        if late.any():
+            ways['late'] = y + late
         # The mean of f(v + noise) is f + variance f'' / 2, which the second difference takes off
         # where v has a noise of its own. A smoothed v is without what is not known of the true
         # one: the mean of friction is then that of f about it. Faster than this the law is next
@@ -389,9 +392,6 @@ class WeakForm:
             at[slow] += sign[slow] * (below + above - 2.0 * at[slow]) / 6.0
             return at
 
-        def unbiased(column: FloatArray) -> FloatArray:
-            return means(about(column))
-
         path = np.abs(v) * (self.time[rows] - self.time[first])
         begun = np.isin(np.arange(len(v)), np.append(0, ends))
 
@@ -412,13 +412,12 @@ class WeakForm:
                 (joined(lambda piece: piece.tests.middle) / _CLUSTER_S).astype(np.int64),
                 known,
                 means(v),
-                unbiased,
+                lambda column: means(about(column)),
                 smoothing_velocity or 0.0,
                 smoothing_velocity is None,
                 self.settings.form,
                 extra,
-                held=y - lost if lost.any() else None,
-                late=y + late if late.any() else None,
+                ways=ways,
                 unsure=doubt,
             )
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -33,9 +33,9 @@ class LawRows:
 
     ``find_smoothing``: fit v0 of the law's sign, and do not use ``smoothing_velocity``.
     ``unsmoothed``: the same rows with velocities from positions alone, if ``v`` is smoothed by the
-    torque, else None. ``held``: y if effort is held where samples were lost; None where none were
-    lost. ``late``: y if effort acts one standard error later; None where it is known when it acts.
-    ``remembered``: y of the law if friction follows it over another distance; None where at once.
+    torque, else None. ``ways``: what y may be as well, by name (K,): ``held`` if effort is held
+    where samples were lost, ``late`` if it acts one standard error later, ``remembered`` if
+    friction follows its law over another distance.
     ``trend``: how friction changes over the recording, which y is without; ``trending`` (K, T):
     what y may be off by in that.
     """
@@ -51,10 +51,8 @@ class LawRows:
     form: LawForm = field(default_factory=LawForm)
     extra: FloatArray | None = None
     unsmoothed: LawRows | None = None
-    held: FloatArray | None = None
-    late: FloatArray | None = None
+    ways: Mapping[str, FloatArray] = field(default_factory=dict)
     unsure: FloatArray | None = None
-    remembered: FloatArray | None = None
     trending: FloatArray | None = None
     trend: FrictionTrend | None = None
 
@@ -102,10 +100,8 @@ class LawRows:
             y=change(np.nan_to_num(self.y)),
             lag=lambda column: change(self.lag(column)),
             extra=each(self.extra),
-            held=each(self.held),
-            late=each(self.late),
+            ways={name: change(np.nan_to_num(y)) for name, y in self.ways.items()},
             unsure=each(self.unsure),
-            remembered=each(self.remembered),
             trending=each(self.trending),
         )
 
@@ -127,11 +123,14 @@ class LawRows:
         error more of it; where it does not show, all of it.
         """
         if not memory.shown:
-            result = replace(self, remembered=self.y - memory.effort)
+            result = self._with_way(self.y - memory.effort)
             # Which is none of what is searched: the search that told the memory is its own too.
             vars(result)['_search'] = self._search
             return result
-        return replace(self.without(memory.effort), remembered=self.y - memory.bristles)
+        return self.without(memory.effort)._with_way(self.y - memory.bristles)
+
+    def _with_way(self, remembered: FloatArray) -> LawRows:
+        return replace(self, ways={**self.ways, 'remembered': remembered})
 
     def with_trend(self) -> LawRows:
         """Return the rows in the middle of their recording, where friction has a trend."""
@@ -144,30 +143,20 @@ class LawRows:
 
     def without(self, effort: FloatArray) -> LawRows:
         """Return the rows without an effort (K,), which is none of the law's."""
-
-        def of_law(y: FloatArray | None) -> FloatArray | None:
-            return None if y is None else y - effort
-
         slope = self.unsmoothed
         return replace(
             self,
             y=self.y - effort,
             unsmoothed=None if slope is None else replace(slope, y=slope.y - effort),
-            held=of_law(self.held),
-            late=of_law(self.late),
-            remembered=of_law(self.remembered),
+            ways={name: y - effort for name, y in self.ways.items()},
         )
 
     def _other_ways(self) -> Iterator[tuple[LawRows, float]]:
         """Yield rows that could be as true, and which share of what they change is unsure."""
         if self.unsmoothed is not None:
             yield self.unsmoothed, _UNSURE
-        if self.held is not None:
-            yield replace(self, y=self.held), 1.0
-        if self.late is not None:
-            yield replace(self, y=self.late), 1.0
-        if self.remembered is not None:
-            yield replace(self, y=self.remembered), 1.0
+        for y in self.ways.values():
+            yield replace(self, y=y), 1.0
 
     @property
     def _unsure(self) -> FloatArray | None:

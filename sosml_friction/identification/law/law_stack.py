@@ -197,11 +197,6 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         known = [w * x for w, x in zip(weights, columns, strict=True) if x is not None]
         return np.concatenate(known) if known else None
 
-    def other(ways: Sequence[FloatArray | None]) -> FloatArray | None:
-        if all(way is None for way in ways):
-            return None
-        return weighed([p.y if way is None else way for p, way in zip(parts, ways, strict=True)])
-
     bag = np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts])
     of_row, trending = np.asarray(weights)[bag], _trending(parts)
     unsmoothed = None
@@ -217,9 +212,10 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         lag=lag,
         extra=weighed([rows.extra for rows in parts]),
         unsmoothed=unsmoothed,
-        held=other([rows.held for rows in parts]),
-        late=other([rows.late for rows in parts]),
-        remembered=other([rows.remembered for rows in parts]),
+        ways={
+            name: np.concatenate([rows.ways.get(name, rows.y) for rows in parts]) * of_row
+            for name in sorted({name for rows in parts for name in rows.ways})
+        },
         trending=None if trending is None else trending * of_row[:, None],
         trend=None,
         # The bodies are the same in all recordings, and so are the columns.
