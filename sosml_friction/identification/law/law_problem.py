@@ -20,7 +20,7 @@ from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_slopes
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous, power_columns
 from sosml_friction.model.terms.viscous_asymmetry import ViscousAsymmetry
-from sosml_friction.regression.column_norms import COLLINEAR, column_norms, told_beside
+from sosml_friction.regression.column_norms import column_norms, told_beside
 
 #: Iterations for Huber's weights end when no weight changes by more than the first number, or
 #: after the second. Chosen, no measurement.
@@ -254,36 +254,6 @@ class LawProblem:
             if np.max(np.abs(w - last)) < _SAME_WEIGHTS:
                 break
         return LawSolution(theta, v_s, v0, alpha, w, residual, float(np.sum(w * residual**2)))
-
-    def costs(self, v_s: float, v0: float, alphas: FloatArray) -> FloatArray:
-        """
-        Return the costs (A,) of the best laws of some exponents, where no weights are needed.
-
-        As :meth:`solve` does, but what does not change with the exponent is solved once: S is that
-        of the part of its column that the others leave. What a bound holds is solved by itself.
-        """
-        sign, fixed = self._sign(v0)
-        norms = column_norms(fixed)
-        Q, R = np.linalg.qr(fixed / norms)
-        usual = self.form.symmetric and self.form.ridge == 0.0
-        if not usual or np.abs(np.diag(R)).min() < COLLINEAR:
-            return np.array([self.solve(v_s, v0, alpha, self.ones).cost for alpha in alphas])
-        knees = [self.made(sign * fade(self.speed, v_s, alpha)) for alpha in alphas]
-        K, y = np.column_stack(knees), self.y[:, None]
-        own, left = K - Q @ (Q.T @ K), y - Q @ (Q.T @ y)
-        size = np.sum(own**2, axis=0)
-        S = np.sum(own * left, axis=0) / np.maximum(size, np.finfo(float).tiny)
-        costs = np.asarray(np.sum((left - own * S) ** 2, axis=0))
-        others = np.linalg.solve(R, Q.T @ (y - K * S))
-        bounded = np.array([name in NON_NEGATIVE for name in self.base])
-        held = (others[bounded] < 0.0).any(axis=0)
-        held |= size < COLLINEAR**2 * np.sum(K**2, axis=0)
-        # Where S alone would be below zero, it is zero: then any knee is as good.
-        if (none := (S < 0.0) & ~held).any():
-            costs[none] = self.solve(None, v0, np.nan, self.ones).cost
-        for k in np.flatnonzero(held):
-            costs[k] = self.solve(v_s, v0, alphas[k], self.ones).cost
-        return costs
 
     @property
     def ones(self) -> FloatArray:

@@ -257,10 +257,9 @@ class LawSearch:
             return self.solve(v_s, v0, alpha)
         low, high = np.log(self.exponents)
         u = np.linspace(low, high, _ALPHAS)
-        alphas = np.append(np.exp(u), alpha)
-        costs = self.few.costs(v_s, v0, alphas)
-        k = int(np.argmin(costs[:_ALPHAS]))
-        tried = [self.solve(v_s, v0, float(alphas[np.argmin(costs)]))]
+        tried = [self.solve(v_s, v0, each) for each in (*np.exp(u).tolist(), alpha)]
+        costs = [one.cost for one in tried[:_ALPHAS]]
+        k = int(np.argmin(costs))
         if 0 < k < _ALPHAS - 1:
             before, least, after = costs[k - 1 : k + 2]
             by = 0.5 * (before - after) / max(before - 2.0 * least + after, np.finfo(float).tiny)

@@ -156,7 +156,7 @@ class LawSummary:
         knee, identified = self._knee()
         parameters.update(knee)
         if self.problem.power is not None:
-            parameters[POWER] = self._power()
+            parameters[POWER] = self._searched(POWER, (POWERS[0], POWERS[-1]))
         derived = {}
         if self.profile is not None and self.shown and not identified:
             for name in ('coulomb', 'viscous'):
@@ -198,19 +198,6 @@ class LawSummary:
         if self.problem.power is None:
             return name
         return law_of((*law_definition(name).terms, NonlinearViscous.identifier), {}).identifier
-
-    def _power(self) -> Parameter:
-        """Return the power of speed; at an end of those that are published it is within these."""
-        ends = (POWERS[0], POWERS[-1])
-        value, error = self.best[POWER], float(np.sqrt(self.C[POWER, POWER]))
-        found = Parameter.estimated(value, '1', error, self.quantile[POWER])
-        if found.interval is None:
-            return found
-        low, high = np.clip(found.interval, *ends).tolist()
-        if within(value, ends):
-            return replace(found, interval=(low, high))
-        reason = _AT_END.format(*ends)
-        return replace(found, interval=(low, high), flags=(AT_BOUND,), reason=reason)
 
     def _beside_others(self, name: str, found: Parameter) -> Parameter:
         """Return a parameter as unsure as other laws make it; a knee's range holds in any."""
@@ -307,7 +294,7 @@ class LawSummary:
                     ),
                 }
                 if EXPONENT in best:
-                    knee[EXPONENT] = self._exponent()
+                    knee[EXPONENT] = self._searched(EXPONENT, EXPONENTS)
                 return knee, True
         # What may fade below the slowest speed may be anything at standstill: no data reach there.
         # And nothing is known of it where what bends is no such term.
@@ -347,16 +334,17 @@ class LawSummary:
         error = float(np.sqrt(self.C[EXPONENT, EXPONENT]))
         return abs(step) > self.quantile[EXPONENT] * error
 
-    def _exponent(self) -> Parameter:
-        """Return the exponent; at an end of its range it is what is within that."""
-        value, error = self.best[EXPONENT], float(np.sqrt(self.C[EXPONENT, EXPONENT]))
-        found = Parameter.estimated(value, '1', error, self.quantile[EXPONENT])
-        if found.interval is None or within(value, EXPONENTS):
+    def _searched(self, name: str, ends: tuple[float, float]) -> Parameter:
+        """Return power or exponent; at an end of its range it is what is within that."""
+        value, error = self.best[name], float(np.sqrt(self.C[name, name]))
+        found = Parameter.estimated(value, '1', error, self.quantile[name])
+        if name == EXPONENT and within(value, ends):
             return found
-        low, high = np.clip(found.interval, *EXPONENTS).tolist()
-        return replace(
-            found, interval=(low, high), flags=(AT_BOUND,), reason=_AT_END.format(*EXPONENTS)
-        )
+        low, high = np.clip(found.interval or ends, *ends).tolist()
+        cut = replace(found, interval=(low, high))
+        if within(value, ends):
+            return cut
+        return replace(cut, flags=(AT_BOUND,), reason=_AT_END.format(*ends))
 
     def _at_slowest(self, profile: LawProfile, fit: LawFit) -> Parameter:
         """

@@ -17,7 +17,6 @@ from sosml_friction.identification.law.law_checks import BEND, KNEE
 from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_profile import LawProfile
-from sosml_friction.identification.law.law_search import search_law
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
 
@@ -113,17 +112,6 @@ def test_exact_data_with_stribeck_are_recovered():
         assert fit.parameters[name].std_error < 1e-6
     assert fit.residual_std < 1e-8
     assert (fit.pairs, fit.clusters) == (40, 40)
-
-
-@pytest.mark.parametrize('speeds', [LOW, HIGH])
-@pytest.mark.parametrize('changed', [{}, {'stribeck': -0.2}, {'coulomb': 0.0}, {'viscous': -0.1}])
-def test_the_costs_of_several_exponents_are_those_of_each(speeds, changed):
-    """Within the bounds and where C, B or S is held by one; by two ways, to rounding."""
-    ((v, y, clusters),) = data_sets(speeds, {**TRUTH, **changed}, normal, count=1)
-    problem, alphas = search_law(v, y, clusters).few, np.array([0.5, 1.0, 2.5])
-    for v_s in (0.3 * speeds[0], 0.05, speeds[-1]):
-        each = [problem.solve(v_s, 0.0, alpha, problem.ones).cost for alpha in alphas]
-        np.testing.assert_allclose(problem.costs(v_s, 0.0, alphas), each, rtol=1e-9)
 
 
 @pytest.mark.parametrize('speeds', [LOW, HIGH])
