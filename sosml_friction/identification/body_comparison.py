@@ -179,7 +179,8 @@ class BodyComparison:
             # Load is what the bodies of the model need: with those that fit it is another one.
             step('fitting friction by the load of these bodies')
             fitted = replace(body.model, effects=())
-            body = body.with_friction_of(*again(fitted))
+            laws, loads_there = friction_beside(*again(fitted))
+            body = replace(body, laws=laws, loads=loads_there)
         friction = (body.laws, body.loads)
         timing = _timing(fit, logs, late)
         return cls(body, timing, None, late, loads, repeats, lambda: friction)

@@ -216,11 +216,6 @@ class BodyRefit:
             text += f'; the model keeps its own bodies: {self.refused}'
         return text
 
-    def with_friction_of(self, fit: TermFit, curved: TermFit) -> BodyRefit:
-        """Return the same bodies with the friction that was fitted beside them anew."""
-        laws, loads = friction_beside(fit, curved)
-        return replace(self, laws=laws, loads=loads)
-
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""
         return {
@@ -309,7 +304,8 @@ def friction_beside(
     }
     hidden = {name: law for name, law in laws.items() if name not in knees}
     laws |= {name: _with_hidden_knee(law, name, fit, curved) for name, law in hidden.items()}
-    return laws, _loads(fit)
+    loads = [EffectTerm(t.term, t.joint, t.parameters) for t in fit.terms if t.term == LOAD]
+    return laws, tuple(loads)
 
 
 def _with_hidden_knee(law: LawFit, joint: str, fit: TermFit, curved: TermFit) -> LawFit:
@@ -334,15 +330,6 @@ def _with_hidden_knee(law: LawFit, joint: str, fit: TermFit, curved: TermFit) ->
     wide = law.with_variance({name: weight * by**2 for name, by in moved.items()})
     other = (_curve(_drawn(curved, joint, term)[1]), weight)
     return replace(wide, covariance=law.covariance, others=(*law.others, other))
-
-
-def _loads(fit: TermFit) -> tuple[EffectTerm, ...]:
-    """Return friction by load."""
-    return tuple(
-        EffectTerm(term.term, term.joint, term.parameters)
-        for term in fit.terms
-        if term.term == LOAD
-    )
 
 
 def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:

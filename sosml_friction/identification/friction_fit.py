@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a recording and its friction estimates to the parameters of every joint."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -137,6 +139,14 @@ class FrictionFit:
     unavailable: Mapping[str, str]
     rows: Mapping[str, Mapping[str, LawRows]] = field(default_factory=dict)
 
+    def changed(self, change: Callable[[str, LawFit], LawFit]) -> FrictionFit:
+        """Return the same with ``change(joint, law)`` of each law that is to be used."""
+        joints = {
+            joint: {name: replace(one, fit=change(joint, one.fit)) for name, one in fits.items()}
+            for joint, fits in self.joints.items()
+        }
+        return replace(self, joints=joints)
+
 
 def fit_friction(
     log: JointLog,
@@ -192,20 +202,6 @@ def fit_friction(
         reasons = '; '.join(f'{name}: {reason}' for name, reason in unavailable.items())
         raise DataError(f'no joint can be fitted. {reasons}')
     return FrictionFit(joints, others, unavailable, rows)
-
-
-def with_variance(fit: FrictionFit, variance: Mapping[str, Mapping[str, float]]) -> FrictionFit:
-    """Return the fits, to whose parameters a variance is added that their rows do not show."""
-    return replace(
-        fit,
-        joints={
-            joint: {
-                observer: replace(one, fit=one.fit.with_variance(variance.get(joint, {})))
-                for observer, one in fits.items()
-            }
-            for joint, fits in fit.joints.items()
-        },
-    )
 
 
 class _JointTask:

@@ -74,7 +74,9 @@ class LateEffort:
             return None
         if delay < 0.0 and not undone and not _is_early_at_speed(fit, step):
             return None
-        return cls(delay, p.std_error, step, _whole(delay / step))
+        # The nearest whole number that is not 0, of the same sign.
+        samples = int(np.copysign(max(1, round(abs(delay / step))), delay))
+        return cls(delay, p.std_error, step, samples)
 
     @property
     def left(self) -> EffortTiming:
@@ -156,11 +158,6 @@ def _is_early_at_speed(fit: TermFit, step: float) -> bool:
     (k,) = (part.start for each, part in parts if each.term.identifier == DELAY)
     delay, error = float(found.fit.baseline.x[k]), float(found.errors[k])
     return delay < -step and delay**2 > VERY_STRONG * error**2
-
-
-def _whole(samples: float) -> int:
-    """Return the nearest whole number that is not 0, of the same sign."""
-    return int(np.copysign(max(1, round(abs(samples))), samples))
 
 
 def is_beyond(fit: TermFit) -> bool:

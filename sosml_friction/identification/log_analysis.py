@@ -31,7 +31,6 @@ from sosml_friction.identification.friction_fit import (
     FitSettings,
     FrictionFit,
     fit_friction,
-    with_variance,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
 from sosml_friction.identification.joint_checks import BY_JOINT, TOO_LATE
@@ -195,7 +194,8 @@ def analyse_log(
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}
     if body is not None:
-        fit = with_variance(fit, body.variance)
+        own = body.variance
+        fit = fit.changed(lambda joint, law: law.with_variance(own.get(joint, {})))
     loads: tuple[EffectTerm, ...] = ()
     if weak_too:
         fit, loads = with_regression(fit, compared, settings.form)
@@ -203,9 +203,15 @@ def analyse_log(
         checks = checks.told(*laws_of_observers(fit)) if alone else checks
         fit = without_direction(fit, compared.loads)
     if body is not None:
-        fit = _with_scale_of_effort(fit, body)
-    # What the checks left out is told by their reason: to the fit it has no effort.
-    unavailable = {**_with_warnings(fit.unavailable, checks), **checks.not_fitted}
+        # A scale of effort that may be off, in place of masses, is in the errors.
+        shift = body.shift_by_scale
+        fit = fit.changed(lambda joint, law: law.with_shift(shift(joint, law)))
+    # What is wrong with the data is said first. What the checks left out is told by their reason:
+    # to the fit it has no effort.
+    unavailable = dict(fit.unavailable)
+    for name in unavailable.keys() & checks.warnings.keys():
+        unavailable[name] = f'{checks.warnings[name]} ({unavailable[name]})'
+    unavailable |= checks.not_fitted
     if weak_too and require and not fit.joints:
         reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
         raise DataError(f'no joint can be fitted. {reasons}')
@@ -276,26 +282,6 @@ def effort_holds(
     if recorded is not None and recorded.joints == tuple(names):
         holds = recorded.effort_hold or holds
     return tuple(stated.get(name, hold) for name, hold in zip(names, holds, strict=True))
-
-
-def _with_scale_of_effort(fit: FrictionFit, body: BodyRefit) -> FrictionFit:
-    """Return the fits with a scale of effort that may be off, in place of masses, in errors."""
-    joints = {
-        name: {
-            observer: replace(one, fit=one.fit.with_shift(body.shift_by_scale(name, one.fit)))
-            for observer, one in fits.items()
-        }
-        for name, fits in fit.joints.items()
-    }
-    return replace(fit, joints=joints)
-
-
-def _with_warnings(unavailable: Mapping[str, str], checks: DataChecks) -> dict[str, str]:
-    """Return why joints are not fitted, with what is wrong with their data before it."""
-    told = checks.warnings
-    return {
-        name: f'{told[name]} ({why})' if name in told else why for name, why in unavailable.items()
-    }
 
 
 def _with_corrected_effort(

@@ -116,16 +116,9 @@ def laws_of_observers(fit: FrictionFit) -> list[DataFinding]:
 
 def without_direction(fit: FrictionFit, loads: Mapping[str, Parameter]) -> FrictionFit:
     """Return the fits without what laws say of the way, where friction by load makes it."""
-    joints = dict(fit.joints)
-    for name in [name for name in loads if name in joints]:
-        joints[name] = {
-            observer: replace(
-                one,
-                fit=replace(
-                    one.fit,
-                    checks=tuple(c for c in one.fit.checks if c.passed or c.name != ODD_EVEN),
-                ),
-            )
-            for observer, one in joints[name].items()
-        }
-    return replace(fit, joints=joints)
+
+    def changed(joint: str, law: LawFit) -> LawFit:
+        kept = tuple(c for c in law.checks if c.passed or c.name != ODD_EVEN)
+        return replace(law, checks=kept) if joint in loads else law
+
+    return fit.changed(changed)
