@@ -184,7 +184,7 @@ def test_ctrl_c_ends_with_130_and_nothing_half_written(
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(outcome if stage == 'analyse_bag' else results, stage, interrupt)
+    monkeypatch.setattr(outcome if stage == 'analyse_bag' else results.output, stage, interrupt)
     code, out, err = sosml('fit', slider_bag, *KNOWN_MASS)
     assert (code, out, err.strip()) == (130, '', 'sosml: interrupted')
     assert list(tmp_path.iterdir()) == []
