@@ -338,9 +338,9 @@ class LawSummary:
         """Return power or exponent; at an end of its range it is what is within that."""
         value, error = self.best[name], float(np.sqrt(self.C[name, name]))
         found = Parameter.estimated(value, '1', error, self.quantile[name])
-        if name == EXPONENT and within(value, ends):
+        if found.interval is None or (name == EXPONENT and within(value, ends)):
             return found
-        low, high = np.clip(found.interval or ends, *ends).tolist()
+        low, high = np.clip(found.interval, *ends).tolist()
         cut = replace(found, interval=(low, high))
         if within(value, ends):
             return cut
