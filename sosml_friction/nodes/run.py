@@ -44,8 +44,10 @@ def plain_node(name: str, namespace: str = '') -> Iterator[tuple[Node, Executor]
     try:
         executor = make_executor()
         executor.add_node(node)
-        yield node, executor
-        executor.remove_node(node)
+        try:
+            yield node, executor
+        finally:
+            executor.remove_node(node)
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
@@ -101,10 +103,13 @@ def run_node(
         executor = make_executor()
         for node in nodes:
             executor.add_node(node)
-        while rclpy.ok() and not stop.is_set() and not any(own.outcome for own in programs):
-            executor.spin_once(timeout_sec=_SPIN_TIMEOUT)
-        for node in nodes:
-            executor.remove_node(node)
+        try:
+            while rclpy.ok() and not stop.is_set() and not any(own.outcome for own in programs):
+                executor.spin_once(timeout_sec=_SPIN_TIMEOUT)
+        finally:
+            # Also where a callback raised: messages still come, for nodes that are destroyed next.
+            for node in nodes:
+                executor.remove_node(node)
         for program in programs:
             if program.outcome is not None:
                 raise program.outcome

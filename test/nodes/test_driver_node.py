@@ -271,11 +271,11 @@ def test_an_elbow_without_current_has_no_effort_and_no_friction_all_the_way(chai
     chain.start_node('observer_node', files=(PARAMETER_FILE,))
     estimates = ros.collect(JointState, 'friction_estimate', JOINT_STATES)
     chain.driver()
-    ros.spin_until(lambda: len(estimates) > 200)
+    # A cycle that a busy machine loses is a fresh start, which has none for a moment.
+    ros.spin_until(lambda: len(estimates) > 200 and math.isfinite(estimates[-1].effort[0]))
     assert all(math.isnan(state.effort[1]) for state in chain.states)
     assert all(math.isfinite(state.effort[0]) for state in chain.states)
     assert all(math.isnan(estimate.effort[1]) for estimate in estimates)
-    assert math.isfinite(estimates[-1].effort[0])
     sentence = 'friction of this joint unavailable: its actuator reports no current'
     ros.spin_until(
         lambda: chain.diagnostics.get('observer_node: elbow', ('', {}))[0].startswith(sentence)

@@ -34,6 +34,8 @@ class Example(Node):
 
     def destroy_node(self):
         assert self.context.ok()
+        # What still comes is for no node that is gone.
+        assert self.executor is None or self not in self.executor.get_nodes()
         print('destroyed', flush=True)
         super().destroy_node()
 
