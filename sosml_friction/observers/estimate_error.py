@@ -8,7 +8,6 @@ import math
 from collections import deque
 
 import numpy as np
-from scipy.signal import lfilter
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.compiled import compiled
@@ -184,9 +183,25 @@ class EstimateError:
         b, a = self._observer.lag_filter(h, joint)
         if len(b) == len(a) == 1:
             return np.empty(0)
-        impulse = np.zeros(max(2, min(round(_RESPONSE_S / h), _LONGEST)))
-        impulse[0] = 1.0
-        return np.asarray(lfilter(b, a, impulse))
+        count = max(2, min(round(_RESPONSE_S / h), _LONGEST))
+        return np.asarray(impulse_response(np.asarray(b, float), np.asarray(a, float), count))
+
+
+@compiled
+def impulse_response(b: FloatArray, a: FloatArray, count: int) -> FloatArray:
+    """
+    Return the first samples of the response of b(z) / a(z) to an impulse (count,).
+
+    a_0 g_k = b_k - a_1 g_{k-1} - a_2 g_{k-2} - ... As lfilter of SciPy, whose import is half of
+    the start of observer_node.
+    """
+    g = np.zeros(count)
+    for k in range(count):
+        g[k] = b[k] if k < len(b) else 0.0
+        for j in range(1, min(k + 1, len(a))):
+            g[k] -= a[j] * g[k - j]
+        g[k] /= a[0]
+    return g
 
 
 def _settled(g: FloatArray) -> int:

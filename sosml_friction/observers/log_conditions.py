@@ -211,15 +211,9 @@ def _momentum_noise(log: JointLog, robot: Robot) -> FloatArray:
     middle = middle[np.isin(middle - 1, usable) & np.isin(middle + 1, usable)]
     if len(usable) < 10 or len(middle) == 0:
         raise _too_short(len(usable))
-    second = np.array(
-        [
-            sum(
-                c * robot.momentum_terms(log.q[k], v[m])[0]
-                for c, m in ((1.0, k - 1), (-2.0, k), (1.0, k + 1))
-            )
-            for k in middle
-        ]
-    ).reshape(-1, robot.n)
+    inertia, _ = robot.statics(log.q[middle])
+    second = v[middle - 1] - 2.0 * v[middle] + v[middle + 1]
+    second = np.einsum('kij,kj->ki', inertia, second)
     return difference_noise(second, 2)
 
 

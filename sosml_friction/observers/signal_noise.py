@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Resolution and white noise of a sampled signal, from its differences."""
 
+import math
+
 import numpy as np
-from scipy.special import comb
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.compiled import compiled
@@ -30,7 +31,7 @@ def difference_noise(difference: FloatArray, order: int) -> FloatArray:
 
     :param difference: of ``order``, (N, ...), all finite.
     """
-    gain = np.sqrt(float(comb(2 * order, order, exact=True)))
+    gain = math.sqrt(math.comb(2 * order, order))
     return np.asarray(1.4826 * np.median(np.abs(difference), axis=0) / gain)
 
 

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -498,3 +500,13 @@ def test_a_configuration_that_cannot_work_is_refused_with_one_sentence(
         parameters = [*parameters, f'urdf_path:={urdf_path}']
     (line,) = (x for x in refusal('observer_node', *parameters) if '[INFO]' not in x)
     assert sentence in line
+
+
+def test_the_node_starts_without_scipy():
+    """Its filters and statistics were half of the time from the command to an estimate."""
+    program = (
+        'import sys, sosml_friction.nodes.observer_node\n'
+        "print([name for name in sys.modules if name.startswith(('scipy.signal', 'scipy.stats'))])"
+    )
+    found = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
+    assert (found.stdout, found.stderr) == ('[]\n', '')
