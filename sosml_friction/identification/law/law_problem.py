@@ -33,6 +33,8 @@ _SPEEDS = 200
 _LEFT = 1e-8
 #: Rows that are reduced at a time; it bounds the memory.
 _BLOCK = 20_000
+#: So few rows are solved as they are: to reduce them takes as long as to solve them.
+_FEW = 100
 #: Parameters that may be found beside v_s or without it, none of them linear.
 SIGN_WIDTH, EXPONENT, POWER = 'smoothing_velocity', 'exponent', 'power'
 #: Names, and a column (K,) of each.
@@ -233,16 +235,19 @@ class LawProblem:
         w = np.ones(len(self.y)) if weights is None else weights
         for _ in range(MOST_SOLVED):
             root = np.sqrt(w)
-            # The bounds need only the triangle: a long recording is reduced to it first.
-            whole = triangle(root, like, self.y[:, None])
-            R, moment = whole[: len(names), :-1], whole[: len(names), -1]
+            if len(w) > _FEW:
+                # The bounds need only the triangle: a long recording is reduced to it first.
+                whole = triangle(root, like, self.y[:, None])
+                R, moment = whole[: len(names), :-1], whole[: len(names), -1]
+            else:
+                R, moment = like * root[:, None], self.y * root
             if self.form.ridge > 0.0:
                 drawn = [float(name == 'bias') for name in names]
                 R = np.vstack([R, np.sqrt(self.form.ridge) * np.diag(drawn)])
                 moment = np.append(moment, np.zeros(len(names)))
             theta = np.asarray(np.linalg.lstsq(R, moment, rcond=1e-12)[0], dtype=np.float64)
             if (theta < lower).any():
-                theta = lsq_linear(R, moment, bounds=(lower, np.inf), method='bvls').x
+                theta = bounded(R, moment, lower, theta)
             theta = theta / scale
             residual = self.y - X @ theta
             if weights is not None:
@@ -378,6 +383,23 @@ class LawProblem:
     def stribeck_at(self, solution: LawSolution) -> float:
         """Return S of a law with a Stribeck term."""
         return float(solution.theta[self.names(solution.v_s).index('stribeck')])
+
+
+def bounded(R: FloatArray, moment: FloatArray, lower: FloatArray, free: FloatArray) -> FloatArray:
+    """
+    Return the least-squares solution of R x = moment with x >= lower, which is 0 or -inf.
+
+    If one element alone of the ``free`` solution is below its bound, it is 0 and the others are
+    solved for beside it, unless this moves one of them below its own: the cost is convex and falls
+    on the line from there to the free solution, so the bound holds it.
+    """
+    kept = free >= lower
+    if np.count_nonzero(kept) == len(kept) - 1:
+        x = np.zeros(len(kept))
+        x[kept] = np.linalg.lstsq(R[:, kept], moment, rcond=1e-12)[0]
+        if (x >= lower).all():
+            return x
+    return np.asarray(lsq_linear(R, moment, bounds=(lower, np.inf), method='bvls').x)
 
 
 def spanning(columns: FloatArray) -> IndexArray:

@@ -3,8 +3,11 @@
 """Few rows and columns stand for many, to rounding."""
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
 
-from sosml_friction.identification.law.law_problem import spanning, triangle
+from sosml_friction.identification.law.law_problem import bounded, spanning, triangle
 
 RNG = np.random.default_rng(5)
 
@@ -33,3 +36,16 @@ def test_many_exponentials_are_combinations_of_a_few_at_speeds_that_were_not_loo
 
 def test_columns_of_which_none_is_a_combination_are_all_picked():
     assert sorted(spanning(np.eye(4))) == [0, 1, 2, 3]
+
+
+@given(st.integers(0, 10_000))
+def test_a_bounded_solution_is_that_of_scipy(seed):
+    """Bounds of 0 and none; the free solution is below none, one or several of them."""
+    rng = np.random.default_rng(seed)
+    R, moment = rng.normal(size=(12, 4)), rng.normal(size=12)
+    lower = np.where(rng.random(4) < 0.7, 0.0, -np.inf)
+    free = np.linalg.lstsq(R, moment, rcond=1e-12)[0]
+    if (free >= lower).all():
+        return
+    expected = lsq_linear(R, moment, bounds=(lower, np.inf), method='bvls').x
+    np.testing.assert_allclose(bounded(R, moment, lower, free), expected, atol=1e-9)
