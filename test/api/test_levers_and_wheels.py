@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from full_runs import only_full
 
 import sosml_friction as sf
 from sosml_friction.exceptions import DataError
@@ -41,7 +42,11 @@ def recorded(q, arm=ARM):
 
 @pytest.mark.parametrize(
     ('rotor', 'options'),
-    [(ROTOR, {}), (np.nan, {}), (ROTOR, {'refit_inertia': True, 'method': 'weak'})],
+    [
+        (ROTOR, {}),
+        pytest.param(np.nan, {}, marks=only_full),
+        (ROTOR, {'refit_inertia': True, 'method': 'weak'}),
+    ],
 )
 def test_friction_of_a_lever_whose_weight_is_off_within_the_tolerance_is_within_its_errors(
     rotor, options

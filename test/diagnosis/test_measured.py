@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from full_runs import only_full
 from known_robots import recording, slider_model
 from scipy.io import loadmat
 
@@ -126,7 +127,7 @@ def test_pulses_that_the_effort_lacks_are_pushes_and_no_other_cause(emps_nominal
     assert cause.parameters['level'].value == pytest.approx(size, rel=0.05)
 
 
-@pytest.mark.parametrize('armature', [3e-5, 2.5e-4])
+@pytest.mark.parametrize('armature', [3e-5, pytest.param(2.5e-4, marks=only_full)])
 def test_odrive_cogging_is_named_with_its_harmonics_for_any_armature(data_directory, armature):
     time, counts, current = np.load(data_directory / 'odrive_cogging/slow2_nocomp_0.npy')
     q = counts[:, None] / 8192.0 * 2.0 * np.pi

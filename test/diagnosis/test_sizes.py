@@ -34,7 +34,7 @@ SEEDS = 20 if os.environ.get('SOSML_FRICTION_SEEDS') else 1
 #: known and where not.
 BROAD = np.nan
 CASES = [(slowest, alpha) for alpha in (1.0, 2.0, BROAD) for slowest in (0.01, 0.03, 0.05, 0.08)]
-CASES = CASES if SEEDS > 1 else [(0.03, 1.0), (0.08, 1.0), (0.03, 2.0), (0.01, BROAD)]
+CASES = CASES if SEEDS > 1 else [(0.03, 1.0), (0.08, 1.0)]
 MASS, LENGTH, ARMATURE = 2.0, 0.25, 0.01
 COULOMB, VISCOUS, STRIBECK, STRIBECK_VELOCITY = 0.5, 0.3, 0.25, 0.05
 PERIOD, SUBSTEPS, BUILD_UP = 2e-3, 10, 1e-4

@@ -11,6 +11,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from full_runs import only_full
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -72,7 +73,7 @@ def test_a_wrong_nominal_is_named_as_such_and_not_as_friction(motion, fault, joi
         ('nothing', 'nothing_above_floor', None),
         ('spring', 'named', ('spring', 'elbow')),
         # While it moves a constant is friction that differs by direction as well.
-        ('bias', 'ambiguous', ('effort_bias', 'elbow')),
+        pytest.param('bias', 'ambiguous', ('effort_bias', 'elbow'), marks=only_full),
         ('friction by the next joint', 'unknown_structure', None),
     ],
 )
@@ -131,7 +132,7 @@ def test_friction_by_the_speed_of_the_next_joint_is_not_called_coulomb(motion):
     'spec',
     [
         Spec('x', 'single', 7, 'spring', 0, scale=0.3),
-        Spec('x', 'twin', 1348869824, 'spring', 0, scale=SPRING),
+        pytest.param(Spec('x', 'twin', 1348869824, 'spring', 0, scale=SPRING), marks=only_full),
     ],
 )
 def test_a_spring_that_gravity_may_make_up_for_is_not_called_a_bias_alone(spec):

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_runs import often, only_full
 from known_robots import recording, rigid_effort, sines
 
 from sosml_friction.api.fit import Fit
@@ -122,6 +123,7 @@ def with_free_rotors():
     return analyse_log(measured(None), unstated(scaled(0.0)), FitSettings(), effort_hold='start')
 
 
+@only_full
 def test_rotors_that_nobody_stated_are_found_beside_friction(with_free_rotors):
     """And the bodies, which fit, stay: the plant's rotors are those of the shipped model."""
     model, shipped = with_free_rotors.model, nominal_model()
@@ -361,8 +363,8 @@ def test_masses_that_are_off_within_their_tolerance_leave_friction_as_right_as_a
 
 
 def test_the_bias_that_an_observer_shows_is_as_unsure_as_the_weight():
-    """Of five pendulums of 12 kg, 2 % off; 1.4 Nm is one standard deviation of their weight."""
-    for seed in range(FIRST, FIRST + 5):
+    """Of pendulums of 12 kg, 2 % off; 1.4 Nm is one standard deviation of their weight."""
+    for seed in range(FIRST, FIRST + often(5)):
         (bias,) = swung('pendulum', seed, ('bias',), 'samples', 'sosml')
         low, high = bias.interval
         assert low <= 0.0 <= high

@@ -8,6 +8,7 @@ import os
 
 import numpy as np
 import pytest
+from full_runs import only_full
 from known_robots import recording, sines
 from scipy.signal import lfilter
 
@@ -100,8 +101,18 @@ def test_viscous_friction_is_right_whenever_effort_acts_between_samples(late, to
     assert '--effort-hold' in said.sentence
 
 
-@pytest.mark.parametrize('late', [-3.2 * STEP, -1.4 * STEP, 0.7 * STEP, 1.4 * STEP, 3.2 * STEP])
-@pytest.mark.parametrize('together', [False, True])
+@pytest.mark.parametrize(
+    ('late', 'together'),
+    [
+        (-3.2 * STEP, False),
+        (0.7 * STEP, False),
+        (1.4 * STEP, True),
+        *(
+            pytest.param(samples * STEP, together, marks=only_full)
+            for samples, together in ((-1.4, False), (1.4, False), (3.2, False), (-3.2, True))
+        ),
+    ],
+)
 def test_effort_that_is_late_or_early_by_samples_feigns_no_viscous_friction(late, together):
     """
     It was told to be 0.0 +- 5.7 ms late.
@@ -125,7 +136,7 @@ def test_effort_that_is_late_or_early_by_samples_feigns_no_viscous_friction(late
         assert not [f for f in one.data_checks.findings if f.check == 'effort_lag']
 
 
-@pytest.mark.parametrize('late', [0.013, 0.031])
+@pytest.mark.parametrize('late', [pytest.param(0.013, marks=only_full), 0.031])
 def test_by_how_much_effort_is_late_is_right_beside_a_rotor_that_nobody_stated(late):
     """
     As much inertia is the rotor's as the body's.
@@ -266,7 +277,7 @@ def rippling(seed, ripple=0.004, periods=42.0, knee=0.006):
 
 
 @pytest.mark.parametrize('seed', range(1, 1 + SEEDS))
-@pytest.mark.parametrize('periods', [42.0, 84.0])
+@pytest.mark.parametrize('periods', [42.0, pytest.param(84.0, marks=only_full)])
 def test_ripple_that_the_loop_answers_is_no_early_effort(seed, periods):
     """It made effort 2 to 4 ms early, and viscous friction up to 35 % too large."""
     log, model = rippling(seed, periods=periods)

@@ -16,6 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_runs import FULL, only_full
 from lockstep import (
     Lockstep,
     emulated_exoskeleton,
@@ -31,7 +32,6 @@ from sosml_friction.motion.trajectory_kinds.slow_ladder import slow_ladder
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
 
-FULL = 'SOSML_FRICTION_SEEDS' in os.environ
 # A seed takes a minute: the campaign has at most ten.
 SEEDS = min(10, int(os.environ.get('SOSML_FRICTION_SEEDS', '1')))
 JOINT = 'shoulder'
@@ -163,6 +163,7 @@ def errors() -> dict[tuple[str, str], np.ndarray]:
     return table
 
 
+@only_full
 @pytest.mark.parametrize(('name', 'tolerance'), [('coulomb', 0.02), ('viscous', 0.05)])
 def test_coulomb_within_2_and_viscous_within_5_percent_through_hundredths_of_a_degree(
     errors, name, tolerance

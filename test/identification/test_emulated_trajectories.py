@@ -9,12 +9,12 @@ The suite runs short ones about a posture near the hanging arm. ``make validate`
 
 from __future__ import annotations
 
-import os
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pytest
+from full_runs import FULL, only_full
 from lockstep import (
     emulated_exoskeleton,
     nominal_robot,
@@ -33,7 +33,6 @@ from sosml_friction.motion.trajectories import TRAJECTORIES, build_trajectory
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.share import share_directory
 
-FULL = os.environ.get('SOSML_FRICTION_TRAJECTORIES') == 'full'
 HANGING = {'shoulder': -0.5 * np.pi, 'elbow': 0.0}
 CENTRE = {'shoulder': -0.5 * np.pi, 'elbow': 1.2 if FULL else 0.35}
 #: Options that leave little of each but its shape.
@@ -77,7 +76,10 @@ def ran(name: str) -> tuple[Trajectory, JointLog]:
     return trajectory, run_lockstep(trajectory, emulated_exoskeleton(1))
 
 
-@pytest.mark.parametrize('name', TRAJECTORIES)
+@pytest.mark.parametrize(
+    'name',
+    [pytest.param(x, marks=[only_full] if x == 'rich' else []) for x in TRAJECTORIES],
+)
 def test_it_is_within_limits_followed_and_measured_without_fault(name):
     """The driver ends it enabled, or run_lockstep would raise; effort stays below its limit."""
     robot = nominal_robot()
@@ -108,7 +110,7 @@ def fit_of(log: JointLog) -> FrictionFit:
     )
 
 
-@pytest.mark.skipif(not FULL, reason='SOSML_FRICTION_TRAJECTORIES is not full')
+@pytest.mark.skipif(not FULL, reason='of whole trajectories, in make validate')
 @pytest.mark.parametrize('name', TRAJECTORIES)
 def test_coulomb_and_viscous_are_within_tolerance_or_flagged(name):
     truth = read_model(share_directory() / 'config' / 'emulated_exoskeleton')

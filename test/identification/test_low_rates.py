@@ -8,6 +8,7 @@ import os
 
 import numpy as np
 import pytest
+from full_runs import only_full
 
 from sosml_friction.identification.log_analysis import analyse_log
 from sosml_friction.mujoco.reading import read_mjcf
@@ -30,7 +31,7 @@ def arms():
     return result
 
 
-@pytest.mark.parametrize('rate', [50, 25])
+@pytest.mark.parametrize('rate', [pytest.param(50, marks=only_full), 25])
 def test_friction_and_bias_are_in_their_intervals_at_a_low_rate(arms, rate, tmp_path):
     """
     Bodies are off by 2 %, and what they are off by is told from motion alone.

@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 from fitted_law import fit_law
+from full_runs import FULL
 from lockstep import emulated_exoskeleton
 from lockstep_run import run_lockstep
 from scipy.stats import binom
@@ -32,7 +32,6 @@ ENCODERS = {
     'lossy': (0.008, 0.0, 5e-5, 0.1, 3.0),
 }
 #: The emulated loop takes 25 s; that it ripples is in the suite's test_rippling_loop.py too.
-FULL = 'SOSML_FRICTION_SEEDS' in os.environ
 SPEEDS = (0.01, 0.015, 0.02, 0.03, 0.05, 0.08)
 SEEDS = 10
 LAW = {'coulomb': 0.4, 'viscous': 0.2, 'stribeck': 0.25, 'stribeck_velocity': 0.03, 'bias': 0.0}

@@ -11,12 +11,12 @@ judged in emulated time (``test_emulated_t1.py``, ``test_busy_machine.py``).
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from full_runs import FULL
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -36,7 +36,7 @@ from validation.busy import judge, replayed
 PARAMETERS = share_directory() / 'config' / 'exoskeleton.yaml'
 OBSERVERS = ('first_order', 'sosml')
 #: The least length of the run [s], and the plateaus that make it with the speeds of T1 [s].
-LEAST, PLATEAU = (60.0, 1.6) if 'SOSML_FRICTION_SEEDS' in os.environ else (31.0, 0.4)
+LEAST, PLATEAU = (60.0, 1.6) if FULL else (31.0, 0.4)
 
 
 @pytest.fixture(scope='module')

@@ -9,10 +9,10 @@ it; ``make validate`` runs the study as ``sosml study`` does and prints it.
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 
 import pytest
+from full_runs import FULL
 
 from sosml_friction.report.common.table import print_table
 from sosml_friction.report.study.tables import study_tables
@@ -20,7 +20,6 @@ from sosml_friction.study import run
 from sosml_friction.study.outcome import is_causal
 from sosml_friction.study.run import Study, StudySettings, rmse_mean, run_study
 
-FULL = os.environ.get('SOSML_FRICTION_STUDY') == 'full'
 SHORT = StudySettings(
     observers=('linear_second_order', 'sosml'),
     evaluations=64,

@@ -3,8 +3,8 @@
 """
 The campaign of blind trials against every bar of it, one test each.
 
-SOSML_FRICTION_BLIND_TRIALS is the number of single effects of SNR 0.6 and more (60 in ``make
-validate``: 300 diagnoses, about an hour on two cores). The seed is SOSML_FRICTION_BLIND_SEED, else
+Of 60 single effects of SNR 0.6 and more, in ``make validate`` alone: 300 diagnoses, about an hour
+on two cores. The seed is SOSML_FRICTION_BLIND_SEED, else
 fresh, and printed; with the same seed a run that was stopped goes on. All is written to
 blind_campaign/ before the first bar is looked at.
 """
@@ -16,16 +16,17 @@ import secrets
 from pathlib import Path
 
 import pytest
+from full_runs import only_full
 
 from validation.bars import bars
 from validation.campaign import run_campaign
 from validation.tables import tables
 
-TRIALS = int(os.environ.get('SOSML_FRICTION_BLIND_TRIALS') or 0)
+TRIALS = 60
 FOLDER = Path('blind_campaign')
 NAMES = [bar.name for bar in bars([])]
 
-pytestmark = pytest.mark.skipif(not TRIALS, reason='set SOSML_FRICTION_BLIND_TRIALS')
+pytestmark = only_full
 
 
 @pytest.fixture(scope='module')

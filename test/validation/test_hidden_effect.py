@@ -14,8 +14,6 @@ from __future__ import annotations
 
 import os
 
-import pytest
-
 from validation import trial as blind_trial
 from validation.judge import judge
 from validation.process import ask
@@ -43,9 +41,6 @@ def scores(seed, folder):
     return result
 
 
-@pytest.mark.skipif(
-    bool(os.environ.get('SOSML_FRICTION_BLIND_TRIALS')), reason='the campaign does more'
-)
 def test_a_hidden_effect_is_found_and_nothing_is_found_where_there_is_nothing(tmp_path):
     """
     The two scores add up to 1 or more: one may abstain, none may be wrong.

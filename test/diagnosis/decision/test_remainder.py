@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_runs import only_full
 from known_robots import (
     SLIDER_STEP,
     coulomb_viscous,
@@ -261,6 +262,7 @@ def test_a_tone_at_twice_the_motion_may_be_a_function_of_position():
     assert not Tone(0.27, 0.5, 0.0).follows(swing, step)
 
 
+@only_full
 def test_a_hum_beside_nothing_else_is_unknown_and_said_with_its_frequency():
     spec = Spec('x', 'outside', 3, 'beat', 0, level='high')
     found = diagnose([build(spec).log], nominal_model())

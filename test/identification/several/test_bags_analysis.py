@@ -12,6 +12,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from full_runs import only_full
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
@@ -163,6 +164,7 @@ def test_ten_percent_more_coulomb_in_a_bag_is_said_to_be_that(bags, record):
     assert only.sentence in found.reason
 
 
+@only_full
 def test_an_offset_in_a_bag_is_said_to_be_a_bias_and_friction_stays(bags, record):
     changed = record('t1', bias=2.0, seed=1)
     found = consolidated([changed, bags['t2'], bags['t3']])

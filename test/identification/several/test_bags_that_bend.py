@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from full_runs import only_full
 from known_robots import recording, smooth_sign
 
 import sosml_friction as sf
@@ -34,6 +35,7 @@ def fitted(logs):
     return sf.fit(logs, model, effort_hold='start')
 
 
+@only_full
 def test_recordings_of_one_drag_are_of_one_law():
     found = fitted([ladder(3), ladder(4)]).parameters['joint']
     for name, truth in (('coulomb', COULOMB), ('viscous', VISCOUS), ('nonlinear_viscous', DRAG)):

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_runs import only_full
 from known_robots import slider_model
 from scipy.io import loadmat
 
@@ -91,6 +92,7 @@ def test_pulses_that_nobody_tells_of_are_found_in_the_law(pulses):
     assert '179 N in 25 pieces' in found.why_not
 
 
+@only_full
 def test_the_closed_loop_with_the_pulses_is_better_than_published(pulses):
     log, controlled, added = pulses
     known = {'slider': replace(controlled['slider'], injected=added)}
