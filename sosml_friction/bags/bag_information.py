@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a bag holds, for ``sosml info``."""
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,8 @@ def bag_information(bag: Bag) -> dict[str, Any]:
     """
     Return the object of ``sosml info --json``; its schema is ``docs/schema/info.schema.json``.
 
-    ``joint_states``: the joints, the quantities that were measured, and, from the stamps in the
+    ``joint_states``: the joints, the quantities that were measured, those positions and efforts
+    that are one number in all samples, and, from the stamps in the
     order of the recording, the median period, gaps (steps of more than 1.5 periods), repeated
     stamps and steps back in time. Without joint_states it is None, and ``joint_states_problem``
     says why.
@@ -84,4 +86,26 @@ def _motion(log: JointLog) -> dict[str, Any]:
             ]
             for i, name in enumerate(log.names)
         },
+        'constant': {name: _constant(log, i) for i, name in enumerate(log.names)},
     }
+
+
+def _constant(log: JointLog, i: int) -> dict[str, float]:
+    """Return the position and the effort of joint ``i`` where they are one in all samples."""
+    found = {}
+    for quantity, values in (('position', log.q), ('effort', log.tau)):
+        known = values[np.isfinite(values[:, i]), i]
+        if len(known) > 1 and np.ptp(known) == 0.0:
+            found[quantity] = float(known[0])
+    return found
+
+
+def constant_sentences(motion: Mapping[str, Any]) -> Iterator[str]:
+    """Return what to say of positions and efforts that never change, one sentence each."""
+    why = {
+        'position': 'the joint does not move, or another column is its position',
+        'effort': 'it was not measured, or another column is meant',
+    }
+    for joint, found in motion['constant'].items():
+        for quantity, value in found.items():
+            yield f'{joint}: its {quantity} is {value:.4g} in all samples: {why[quantity]}'

@@ -98,7 +98,7 @@ def _import(
 ) -> dict[str, Any]:
     """Make one bag, say what is in it, and return that."""
     from sosml_friction.bags.bag import Bag
-    from sosml_friction.bags.bag_information import bag_information
+    from sosml_friction.bags.bag_information import bag_information, constant_sentences
     from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 
     stated = [name for name, value in said.items() if value is not None]
@@ -123,7 +123,12 @@ def _import(
         step('reading the bag back')
         information = bag_information(Bag.open(place))
     motion, duration = information['joint_states'], information['duration_s']
-    if not json:
+    if motion is None:
+        remark(f'{place} has no motion: {information["joint_states_problem"]}')
+    else:
+        for sentence in constant_sentences(motion):
+            remark(sentence)
+    if motion is not None and not json:
         measured = '; '.join(
             f'{joint} ({", ".join(x)})' for joint, x in motion['measured'].items()
         )

@@ -4,6 +4,8 @@
 
 import numpy as np
 import pytest
+from rosbags.rosbag2 import Writer
+from rosbags.typesys import Stores, get_typestore
 from slider_bags import checked, slider_log
 
 from sosml_friction.bags.bag import Bag
@@ -234,3 +236,38 @@ def test_what_guess_cannot_do_is_one_sentence(refused, tmp_path, arguments, sent
     (tmp_path / 'words.csv').write_text('all,these\nare,words\n')
     (tmp_path / 'head.csv').write_text('time_s,angle\n')
     assert sentence in refused('import', *arguments)
+
+
+@pytest.mark.parametrize(('what', 'value'), [('position', 0.2), ('effort', 0.0)])
+def test_a_position_or_effort_that_never_changes_is_told(sosml, tmp_path, what, value):
+    """By import and by info, before a fit refuses it."""
+    file = tmp_path / 'run.csv'
+    rows = [f'{0.01 * k},{0.01 * k % 1.0},{k % 3}' for k in range(300)]
+    column = {'position': 1, 'effort': 2}[what]
+    cells = [row.split(',') for row in rows]
+    for own in cells:
+        own[column] = str(value)
+    file.write_text('t,q,f\n' + '\n'.join(map(','.join, cells)))
+    code, _, err = sosml('import', file, '--position', 'q:m', '--effort', 'f:N', '--out', 'bag')
+    assert code == 0
+    (said,) = (line for line in err.splitlines() if 'in all samples' in line)
+    assert said.startswith(f'sosml: joint: its {what} is {value:g} in all samples: ')
+    assert said.removeprefix('sosml: ') in ' '.join(sosml('info', 'bag')[1].split())
+    assert checked(sosml('info', 'bag', '--json')[1], 'info')['joint_states']['constant'] == {
+        'joint': {what: value}
+    }
+
+
+def test_a_bag_without_motion_is_copied_and_said_to_have_none(sosml, tmp_path):
+    types = get_typestore(Stores.ROS2_JAZZY)
+    message = types.types['std_msgs/msg/String']
+    with Writer(tmp_path / 'old', version=9) as writer:
+        topic = writer.add_connection('/greeting', 'std_msgs/msg/String', typestore=types)
+        for k in range(3):
+            content = types.serialize_cdr(message(data='hello'), 'std_msgs/msg/String')
+            writer.write(topic, k, content)
+    code, out, err = sosml('import', tmp_path / 'old', '--out', 'new', '--json')
+    assert code == 0, err
+    assert checked(out, 'import')['joint_states'] is None
+    assert 'has no motion: ' in err
+    assert Bag.open('new').topics['/greeting'][1] == 3

@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.console import RenderableType
 
+from sosml_friction.bags.bag_information import constant_sentences
 from sosml_friction.report.common.table import FittingTable, terminal_table
 
 
@@ -38,6 +39,7 @@ def information_blocks(
     else:
         for joint, what in motion['measured'].items():
             yield f'Joint {joint}: {", ".join(what) or "nothing measured"}'
+        yield from constant_sentences(motion)
         yield (
             f'joint_states: {motion["samples"]} samples at {motion["rate_hz"]:.4g} Hz, '
             f'{motion["gaps"]} gaps (longest step {motion["longest_step_s"]:.4g} s), '
