@@ -104,5 +104,5 @@ def fit_bag_terms(
     fit, own = fit_log_terms(logs, nominal, terms, step, body_tolerance)
     now = datetime.now(timezone.utc).isoformat(timespec='seconds')
     provenance = {**own, 'fitted': now, 'command': command}
-    fitted = replace(fit.model, provenance={**nominal.provenance, **provenance})
-    return BagTerms(replace(fit, model=fitted), provenance)
+    beside = replace(fit.nominal, provenance={**nominal.provenance, **provenance})
+    return BagTerms(replace(fit, nominal=beside), provenance)

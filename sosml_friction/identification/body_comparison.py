@@ -138,8 +138,8 @@ class BodyComparison:
         if stated:
             logs, fit = recorded, as_recorded
         fit_with = partial(plain, logs, rotors=_rotors(fit))
-        repeats = {term.joint: term for term in fit.terms if term.term == COGGING}
-        shown = [t for t in fit.terms if t.term in _MORE_FRICTION and _is_shown(fit, t)]
+        repeats = {t.joint: fit.profiled(t) for t in fit.linear if t.term == COGGING}
+        shown = [t for t in fit.linear if t.term in _MORE_FRICTION and _is_shown(fit, t)]
         # What is said of a law is a name: it has to be worth the price of a parameter besides.
         price = float(np.log(fit.rows))
         loads = {
@@ -209,7 +209,6 @@ def _is_shown(fit: TermFit, term: FittedTerm, price: float = 0.0) -> bool:
     :param price: what it has to exceed besides.
     """
     p = term.parameters[COEFFICIENT if term.term == LOAD else 'stribeck']
-    sure = p.value > 0.0 and fit.evidence(term) > VERY_STRONG + price
-    return sure and not (
-        term.objection or any(AT_BOUND in q.flags for q in term.parameters.values())
-    )
+    if term.objection or not (p.value > 0.0 and fit.evidence(term) > VERY_STRONG + price):
+        return False
+    return not any(AT_BOUND in q.flags for q in fit.profiled(term).parameters.values())

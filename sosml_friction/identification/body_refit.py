@@ -296,7 +296,7 @@ def friction_beside(
         moves is in the errors of the laws without.
     """
     names = fit.laboratory.nominal.names
-    knees = {term.joint: term for term in fit.terms if term.term == 'stribeck'}
+    knees = {term.joint: fit.profiled(term) for term in fit.linear if term.term == 'stribeck'}
     laws = {
         name: _law(fit, i, knees.get(name))
         for i, name in enumerate(fit.names)
@@ -304,7 +304,7 @@ def friction_beside(
     }
     hidden = {name: law for name, law in laws.items() if name not in knees}
     laws |= {name: _with_hidden_knee(law, name, fit, curved) for name, law in hidden.items()}
-    loads = [EffectTerm(t.term, t.joint, t.parameters) for t in fit.terms if t.term == LOAD]
+    loads = [EffectTerm(t.term, t.joint, t.parameters) for t in fit.linear if t.term == LOAD]
     return laws, tuple(loads)
 
 
@@ -316,7 +316,7 @@ def _with_hidden_knee(law: LawFit, joint: str, fit: TermFit, curved: TermFit) ->
     by its evidence z^2. One that would make friction less near standstill is impossible: it is
     another law where the data are very sure that its size is below 0, and nothing where not.
     """
-    term = next(t for t in curved.terms if (t.term, t.joint) == ('stribeck', joint))
+    term = next(t for t in curved.linear if (t.term, t.joint) == ('stribeck', joint))
     size = term.parameters['stribeck']
     if size.value <= 0.0 and size.value**2 < VERY_STRONG * size.std_error**2:
         return law
@@ -361,7 +361,7 @@ def _law(fit: TermFit, i: int, knee: FittedTerm | None) -> LawFit:
         if all(np.isfinite(parameters[name].value) for name in _KNEE):
             law = drawn_law
     left = fit.residual()[:, i]
-    own = sum(fit.explained(t)[:, i] for t in fit.terms if t.term in FRICTION)
+    own = sum(fit.explained(t)[:, i] for t in fit.linear if t.term in FRICTION)
     covariance, covariance_of = _covariance(fit, joint, knee)
     return LawFit(
         law,

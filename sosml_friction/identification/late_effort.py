@@ -66,7 +66,7 @@ class LateEffort:
 
         :param undone: how many samples sooner the effort of ``logs`` was taken already.
         """
-        (term,) = (term for term in fit.terms if term.term == DELAY)
+        (term,) = (term for term in fit.linear if term.term == DELAY)
         p, step = term.parameters['delay'], float(np.median([log.step for log in logs]))
         delay = undone * step + p.value
         sure = abs(delay) <= LARGEST_S and p.value**2 > VERY_STRONG * p.std_error**2

@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -15,7 +16,11 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.free_armature import fitted_armature, with_fitted
 from sosml_friction.identification.parameter_interval import AT_ZERO, NON_NEGATIVE
-from sosml_friction.identification.term_parameters import term_parameters, with_interval
+from sosml_friction.identification.term_parameters import (
+    linear_parameters,
+    with_interval,
+    with_profile,
+)
 from sosml_friction.model.laws import FRICTION_LAWS, JOINED, TERM_LISTS, LawDefinition, law_of
 from sosml_friction.model.model_folder import (
     EffectTerm,
@@ -79,8 +84,10 @@ class TermFit:
     """
     Hold the values of a list of terms.
 
-    ``terms`` in the order of the list, joint by joint; ``model``: the model with them. ``refit``:
-    deviations of what was not listed, by name, with their standard errors in ``refit_errors``.
+    ``terms`` in the order of the list, joint by joint, and ``linear`` the same with intervals of
+    the one covariance alone, which take no time; ``model``: the model with them, made of the one
+    that is ``nominal`` beside them and of the friction that it ``had``. ``refit``: deviations of
+    what was not listed, by name, with their standard errors in ``refit_errors``.
     ``before`` and ``after`` (n,) [Nm or N]: effort that is not explained in the band, root mean
     square, with the nominal model refitted without any of the terms, and with them;
     ``measured`` (n,): the effort itself. ``left``: what was left out, and why. ``body``: how far
@@ -89,8 +96,9 @@ class TermFit:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    terms: tuple[FittedTerm, ...]
-    model: RobotModelFile
+    linear: tuple[FittedTerm, ...]
+    nominal: RobotModelFile
+    had: RobotModelFile
     refit: Mapping[str, float]
     refit_errors: Mapping[str, float]
     before: FloatArray
@@ -103,6 +111,25 @@ class TermFit:
     laboratory: WhitenedRegression
     estimate: Estimate
     armature: Mapping[str, Parameter] = field(default_factory=dict)
+
+    @cached_property
+    def terms(self) -> tuple[FittedTerm, ...]:
+        """Return the terms with their intervals."""
+        return tuple(map(self.profiled, self.linear))
+
+    @cached_property
+    def model(self) -> RobotModelFile:
+        """Return the model with the terms."""
+        scales = self.laboratory.signals[0].scales
+        return with_fitted(_model(self.had, self.nominal, self.terms, scales), self.armature)
+
+    def profiled(self, term: FittedTerm) -> FittedTerm:
+        """Return one of the linear ones with its intervals."""
+        if self._placed(term)[0] is None:
+            return term
+        which, _ = self.place_of(term)
+        own = with_profile(self.laboratory, self.estimate, which, term.parameters)
+        return replace(term, parameters=own)
 
     def conf_int(self) -> dict[str, dict[str, tuple[float, float]]]:
         """Return 95 % intervals by term and joint, and by parameter."""
@@ -138,7 +165,7 @@ class TermFit:
         """Return what is left of the effort in the band (rows, n) [Nm or N]."""
         y, Z = self.laboratory.unwhitened()
         left = y - np.einsum('rnp,p->rn', Z, self.estimate.fit.baseline.x[: Z.shape[2]])
-        return left - sum(self.explained(term) for term in self.terms if self._placed(term)[0])
+        return left - sum(self.explained(term) for term in self.linear if self._placed(term)[0])
 
     def explained(self, term: FittedTerm) -> FloatArray:
         """Return what a term explains of the effort in the band (rows, n) [Nm or N]."""
@@ -186,7 +213,7 @@ class TermFit:
         }
 
     def __repr__(self) -> str:
-        return f'TermFit({", ".join(term.label for term in self.terms)})'
+        return f'TermFit({", ".join(term.label for term in self.linear)})'
 
 
 def parse_terms(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str, ...]]:
@@ -294,8 +321,9 @@ def fit_terms(
     result = TermFit(
         names=robot.names,
         units=robot.effort_units,
-        terms=fitted,
-        model=with_fitted(_model(model, nominal, fitted, signals[0].scales), armature),
+        linear=fitted,
+        nominal=nominal,
+        had=model,
         refit=dict(zip(names, found.fit.baseline.x.tolist(), strict=False)),
         refit_errors=dict(zip(names, found.errors.tolist(), strict=False)),
         before=np.zeros(robot.n),
@@ -459,7 +487,7 @@ def _fitted_terms(
 ) -> tuple[FittedTerm, ...]:
     names = laboratory.robot.names
     by_key: dict[tuple[str, str], FittedTerm] = {}
-    fits, known = found.fitted(laboratory), term_parameters(laboratory, found)
+    fits, known = found.fitted(laboratory), linear_parameters(laboratory, found)
     for placed, fitted, parameters in zip(found.placed, fits, known, strict=True):
         where = ALL_JOINTS if placed.term.of_robot else names[placed.joint]
         objection = placed.term.implausible(fitted)

@@ -49,20 +49,41 @@ def term_parameters(
     :param reported: whether by the names under which a diagnosis reports them.
     """
     result = []
-    for k, fitted in enumerate(estimate.fitted(laboratory)):
-        term = estimate.placed[k].term
-        bounds = term.inner_bounds(laboratory.signals[0], fitted.joint)
-        own = {
-            name: with_interval(p, bounds.get(name), asked=not reported)
-            for name, p in term.parameters(fitted).items()
-        }
-        profile = Profile.make(laboratory, estimate, k)
-        if profile is not None:
-            own |= _followed(laboratory, estimate, k, own, profile)
+    for k, linear in enumerate(linear_parameters(laboratory, estimate, not reported)):
+        own = with_profile(laboratory, estimate, k, linear)
         if reported:
-            own = {term.reported_as.get(name, name): p for name, p in own.items()}
+            names = estimate.placed[k].term.reported_as
+            own = {names.get(name, name): p for name, p in own.items()}
         result.append(own)
     return result
+
+
+def linear_parameters(
+    laboratory: WhitenedRegression, estimate: Estimate, asked: bool = True
+) -> list[dict[str, Parameter]]:
+    """Return the parameters of each term with intervals of the one covariance alone."""
+    result = []
+    for placed, fitted in zip(estimate.placed, estimate.fitted(laboratory), strict=True):
+        bounds = placed.term.inner_bounds(laboratory.signals[0], fitted.joint)
+        result.append(
+            {
+                name: with_interval(p, bounds.get(name), asked)
+                for name, p in placed.term.parameters(fitted).items()
+            }
+        )
+    return result
+
+
+def with_profile(
+    laboratory: WhitenedRegression,
+    estimate: Estimate,
+    which: int,
+    linear: Mapping[str, Parameter],
+) -> dict[str, Parameter]:
+    """Return the parameters of a term, those that are not linear by the profile of the cost."""
+    profile = Profile.make(laboratory, estimate, which)
+    followed = _followed(laboratory, estimate, which, linear, profile) if profile else {}
+    return {**linear, **followed}
 
 
 def with_interval(
