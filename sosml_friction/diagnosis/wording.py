@@ -9,7 +9,13 @@ import numpy as np
 
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE
-from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
+from sosml_friction.diagnosis.decision.leftover import (
+    FRICTION_BY,
+    NEIGHBOURS,
+    POSITION,
+    TONE,
+    Leftover,
+)
 from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import not_shown
@@ -19,6 +25,7 @@ from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
 from sosml_friction.identification.number_text import plus_minus, words
 from sosml_friction.identification.term_parameters import size_text
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
+from sosml_friction.model.terms.cogging import PERIODS
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, TERMS
 
 #: Numbers of data checks that a sentence does without; those of a term are the term's to say.
@@ -325,7 +332,13 @@ def _where_unknown(selection: Selection, names: tuple[str, ...], units: tuple[st
     # Axes share what they explain: the largest of a joint stands for the others.
     most = [max((x for x in more if x.joint == i), key=_excess) for i in _joints(more)]
     found = [_along(x, names[x.joint], units[x.joint]) for x in most]
-    return '; '.join(found) + '. ' if found else ''
+    text = '; '.join(found) + '. ' if found else ''
+    if any(x.axis == POSITION and not x.period for x in most):
+        text += (
+            f'Effort that repeats with position fewer than {PERIODS:g} times in the range of '
+            'motion is not looked for, as gravity or a spring may be the same: move over more. '
+        )
+    return text
 
 
 def _refused(selection: Selection, names: tuple[str, ...]) -> str:

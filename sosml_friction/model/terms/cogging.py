@@ -23,7 +23,7 @@ _SLOW = 0.04
 _SPACING = 2.5
 #: Fewest periods in the range of motion: fewer are a smooth curve of position, which a spring or
 #: gravity may be as well.
-_PERIODS = 3.0
+PERIODS = 3.0
 _MOST = 400
 
 
@@ -65,7 +65,7 @@ class Cogging(EffortTerm):
         """Return the values to try."""
         span, top = float(signals.scales.span[joint]), float(signals.scales.speed[joint])
         # Enough periods in the range of motion, and a slow pass within the band.
-        low = _PERIODS * _TURN / span
+        low = PERIODS * _TURN / span
         if signals.length_unit(joint) == 'rad':
             low = max(low, 4.0)
         high = _TURN * signals.band.cutoff / (_SLOW * top)
@@ -90,7 +90,7 @@ class Cogging(EffortTerm):
         last = _MOST * _SPACING / span
         if signals.length_unit(joint) == 'rad' and span > _TURN:
             last = max(last, float(_MOST))
-        return {'frequency': (_PERIODS * _TURN / span, last)}
+        return {'frequency': (PERIODS * _TURN / span, last)}
 
 
 @compiled

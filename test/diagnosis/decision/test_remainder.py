@@ -61,6 +61,7 @@ def test_viscous_friction_is_named_and_quadratic_drag_is_not_called_viscous(extr
     assert ('depends on speed in another way' in found.sentence) == bool(unknown)
 
 
+@only_full
 def test_a_small_drag_beside_refitted_friction_is_no_all_clear():
     """Of SNR 2.1 before the refit: no curve has 1 % of the energy of noise, all of them 7 %."""
     row = trial(6161, 'outside', 'quadratic_drag', 1)
@@ -179,6 +180,21 @@ def test_a_sticky_place_is_not_called_friction_that_follows_a_wave(sticky):
     axes = {axis['axis'] for axis in found.structure['axes'] if axis['unknown']}
     assert axes == ({'friction by position'} if sticky else set())
     assert found.verdict == ('unknown_structure' if sticky else 'named')
+
+
+def test_a_wave_of_one_period_in_the_range_is_unknown_and_why_is_said():
+    """Of 1.3 periods: of three and more it is cogging."""
+    t = np.arange(0.0, 60.0, SLIDER_STEP)
+    q, v, a = sines(t, ((1.2, 0.9), (0.4, 2.1)))
+    effort = 0.05 * a + smooth_sign(q, v) * 1.0 + 0.3 * v
+    effort += 0.2 * np.sin(2.0 * np.pi * 1.3 / np.ptp(q) * q + 0.7)
+    effort += np.random.default_rng(7).normal(0.0, 0.05, len(t))
+    shaft = free_model(0.05)
+    joint = replace(shaft.joints['joint'], friction=coulomb_viscous(1.0, 0.3))
+    model = replace(shaft, joints={'joint': joint})
+    found = diagnose([recording(('joint',), t, q, effort)], model)
+    assert found.verdict == 'unknown_structure'
+    assert 'repeats with position fewer than 3 times in the range of motion' in found.sentence
 
 
 ROWS = 4000
