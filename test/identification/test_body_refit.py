@@ -144,6 +144,7 @@ def test_rotors_that_nobody_stated_are_found_beside_friction(with_free_rotors):
     ]
 
 
+@only_full
 def test_friction_is_the_less_certain_for_a_rotor_that_is_not_known(log):
     exact = FitSettings(body_tolerance=0.0)
     with_free_rotors = analyse_log(log, unstated(scaled(0.0)), exact, effort_hold='start')

@@ -54,6 +54,8 @@ SHORT: dict[str, dict[str, Any]] = {
         'period': 2.0,
     },
 }
+#: Those that take longest, of which the suite has shorter ones alike.
+LONG = ('rich', 'slow_s_shape', 'symmetric_reversals', 'multisine')
 #: Largest distance from the trajectory [rad] and, of the servo, which lags, more with speed [s].
 NEAR, SERVO_LAG = 0.010, 0.060
 #: Shares of the truth that Coulomb and viscous friction may be off by where they are not flagged.
@@ -78,7 +80,7 @@ def ran(name: str) -> tuple[Trajectory, JointLog]:
 
 @pytest.mark.parametrize(
     'name',
-    [pytest.param(x, marks=[only_full] if x == 'rich' else []) for x in TRAJECTORIES],
+    [pytest.param(x, marks=[only_full] if x in LONG else []) for x in TRAJECTORIES],
 )
 def test_it_is_within_limits_followed_and_measured_without_fault(name):
     """The driver ends it enabled, or run_lockstep would raise; effort stays below its limit."""

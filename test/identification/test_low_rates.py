@@ -31,7 +31,8 @@ def arms():
     return result
 
 
-@pytest.mark.parametrize('rate', [pytest.param(50, marks=only_full), 25])
+@only_full
+@pytest.mark.parametrize('rate', [50, 25])
 def test_friction_and_bias_are_in_their_intervals_at_a_low_rate(arms, rate, tmp_path):
     """
     Bodies are off by 2 %, and what they are off by is told from motion alone.

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_runs import only_full
 from known_robots import SLIDER_MASS, recording, slider_model
 from lockstep import emulated_exoskeleton
 from lockstep_run import run_lockstep
@@ -354,6 +355,7 @@ def check_stribeck(found, causes):
         )
 
 
+@only_full
 def test_a_model_without_friction_lacks_a_stribeck_term_in_both_joints(recorded):
     check_stribeck(*diagnosed(recorded, 'exoskeleton'))
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_runs import only_full
 
 from sosml_friction.identification.friction_fit import FrictionFit, JointFit
 from sosml_friction.identification.law.law_rows import LawRows
@@ -222,6 +223,7 @@ def test_a_bag_that_knows_of_no_exponent_takes_part():
     assert (found.preferred, found.agreement.disagreements) == (JOINT, ())
 
 
+@only_full
 def test_bags_that_agree_are_seldom_said_to_differ():
     """1 % of false alarms are allowed for: 3 or more of 30 have a chance of less than 1 %."""
     alarms = sum(

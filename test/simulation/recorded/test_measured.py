@@ -62,6 +62,7 @@ def test_the_published_symmetric_model_follows_better_than_published(symmetric):
     assert errors['effort'].relative < 5.85
 
 
+@only_full
 def test_friction_by_direction_makes_the_simulation_better(recorded, symmetric):
     log, controlled = recorded
     after = simulate_model(log, published((166.706, 20.144), (240.424, 20.628)), controlled)
