@@ -10,12 +10,12 @@ the less its friction at standstill is known; exponential, Gaussian and broad, t
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
+from full_runs import FULL
 from numba import njit
 
 from sosml_friction.bags.joint_log import JointLog
@@ -29,7 +29,7 @@ from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
-SEEDS = 20 if os.environ.get('SOSML_FRICTION_SEEDS') else 1
+SEEDS = 20 if FULL else 1
 #: Slowest speeds [rad/s] with an exponent, NaN for the broad knee: in the suite, where the size is
 #: known and where not.
 BROAD = np.nan

@@ -54,7 +54,7 @@ SHORT: dict[str, dict[str, Any]] = {
         'period': 2.0,
     },
 }
-#: Those that take longest, of which the suite has shorter ones alike.
+#: Those that take longest: the suite has shorter ones of the same kind.
 LONG = ('rich', 'slow_s_shape', 'symmetric_reversals', 'multisine')
 #: Largest distance from the trajectory [rad] and, of the servo, which lags, more with speed [s].
 NEAR, SERVO_LAG = 0.010, 0.060

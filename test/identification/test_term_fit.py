@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
+from full_runs import FULL
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -27,7 +27,7 @@ from validation.motion import reference
 from validation.trial import JOINTS, nominal_model
 
 #: 20 in make validate.
-SEEDS = 20 if os.environ.get('SOSML_FRICTION_SEEDS') else 1
+SEEDS = 20 if FULL else 1
 #: A drawn number for the seeds of this file.
 SEED = 20261122
 

@@ -24,7 +24,7 @@ LOW = np.array([0.01, 0.015, 0.02, 0.03, 0.045, 0.07, 0.12, 0.2, 0.35, 0.6])
 #: From 4 v_s up: the knee is not in the data.
 HIGH = np.array([0.12, 0.16, 0.22, 0.3, 0.38, 0.46, 0.54, 0.62])
 #: Data sets with a knee, and without; ``make validate`` has more.
-SETS, PLAIN = (200, 200) if FULL else (30, 40)
+SETS, PLAIN = (200, 200) if FULL else (60, 40)
 
 
 def law(v, truth):
@@ -194,14 +194,13 @@ def test_an_exponent_that_the_data_do_not_show_leaves_size_and_velocity_open(alp
 
 
 def test_standard_errors_are_the_spread_of_the_estimates(told_fits):
-    """n sets know a spread to 1 / sqrt(2 n); delete-one errors from 40 clusters vary too."""
-    within = max(0.2, 2.2 / np.sqrt(2.0 * SETS))
+    """60 sets know a spread to 9 %; delete-one errors from 40 clusters vary: within 20 %."""
     for name in TRUTH:
         values = np.array([fit.parameters[name].value for fit in told_fits])
         errors = np.array([fit.parameters[name].std_error for fit in told_fits])
         # One that is flagged as not identifiable has neither.
         assert np.isnan(values).sum() <= 0.05 * len(values)
-        assert np.nanmedian(errors) == pytest.approx(np.nanstd(values, ddof=1), rel=within), name
+        assert np.nanmedian(errors) == pytest.approx(np.nanstd(values, ddof=1), rel=0.2), name
         # No bias beyond half of a standard error.
         assert abs(np.nanmean(values) - TRUTH[name]) < 0.5 * np.nanstd(values), name
 
@@ -281,7 +280,7 @@ def test_what_is_left_open_for_stribeck_holds_a_knee_too_small_to_be_seen():
     truth = {**TRUTH, 'stribeck': 0.03, 'stribeck_velocity': 0.06}
     fits = [fit_law(*data, 'Nm') for data in data_sets(HIGH, truth, normal, count=often(60))]
     plain = [fit for fit in fits if fit.law == 'coulomb_viscous']
-    assert len(plain) > 0.8 * len(fits)
+    assert len(plain) > 5 / 6 * len(fits)
     count, hits = coverage(plain, truth, 'stribeck')
     assert hits >= 0.9 * count
 
