@@ -6,7 +6,8 @@ What curves and ripples explain of recordings without an effect, on three plants
     python -m validation.leftovers --seed 1
 
 The plants are those of ``axis_campaign``, ``campaign`` and ``mujoco_campaign``. Of each joint: the
-energy of its largest curve and of its largest ripple as a share of that of noise, the share of
+energy of its largest curve, of its largest further curve (of two quantities, or of time back and
+forth) and of its largest ripple as a share of that of noise, the share of
 what is left that all of its curves explain together, and the energy of friction by the next
 joint's position or speed over its floor (:mod:`sosml_friction.diagnosis.decision.remainder`); the
 largest mean of what is left, in usual ones (:mod:`sosml_friction.regression.contacts`).
@@ -22,11 +23,12 @@ from pathlib import Path
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS
+from sosml_friction.diagnosis.decision.leftover import AT_ONCE, FRICTION_BY
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.export.diagnosed import trust_of_a_simulation
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.mujoco.reading import read_mjcf
+from sosml_friction.regression.curves.axes import BACK_AND_FORTH, NEIGHBOURS
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.common.table import print_table, terminal_table
 from validation import axis_campaign, axis_plant, mujoco_plant
@@ -82,8 +84,9 @@ PLANTS: dict[str, Callable[[int, int], Iterator[Null]]] = {
 #: Friction that no cause of the catalogue is.
 _BY_THE_NEXT = tuple(f'{FRICTION_BY}{axis}' for axis in NEIGHBOURS)
 HEADS = {
-    'plant': '', 'recordings': 'n', 'largest curve': 'n', 'largest ripple': 'n',
-    'all together': 'n', 'friction by the next joint': 'n', 'largest mean': 'n',
+    'plant': '', 'recordings': 'n', 'largest curve': 'n', 'largest further curve': 'n',
+    'largest ripple': 'n', 'all together': 'n', 'friction by the next joint': 'n',
+    'largest mean': 'n',
 }  # fmt: skip
 
 
@@ -93,13 +96,16 @@ def largest(found: Diagnosis) -> tuple[float, ...]:
     assert found.laboratory is not None
     left, rows = found.selection.remainder, found.laboratory.known
     curves = [x for x in left.found if not (x.together or x.instead or x.hertz or x.period)]
+    further = [x for x in curves if x.axis.endswith((AT_ONCE, BACK_AND_FORTH))]
+    curves = [x for x in curves if x not in further]
     ripples = [x for x in left.found if x.period]
-    curve, ripple = (
-        max((x.energy / rows[x.joint] for x in some), default=0.0) for some in (curves, ripples)
+    curve, second, ripple = (
+        max((x.energy / rows[x.joint] for x in some), default=0.0)
+        for some in (curves, further, ripples)
     )
     beside = max((x.energy / x.floor for x in curves if x.axis in _BY_THE_NEXT), default=0.0)
     mean = float(found.laboratory.contacts.largest.max())
-    return curve, ripple, float(left.explained.max()), beside, mean
+    return curve, second, ripple, float(left.explained.max()), beside, mean
 
 
 def main() -> None:

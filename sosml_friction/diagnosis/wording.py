@@ -10,13 +10,12 @@ import numpy as np
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE
 from sosml_friction.diagnosis.decision.leftover import (
+    AT_ONCE,
     FRICTION_BY,
-    NEIGHBOURS,
-    POSITION,
+    REST,
     TONE,
     Leftover,
 )
-from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import not_shown
 from sosml_friction.diagnosis.extended_model.carry_over import NOT_RECURRING
@@ -27,6 +26,7 @@ from sosml_friction.identification.term_parameters import size_text
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.terms.cogging import PERIODS
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, TERMS
+from sosml_friction.regression.curves.axes import NEIGHBOURS, POSITION
 
 #: Numbers of data checks that a sentence does without; those of a term are the term's to say.
 _NOT_TOLD = ('step_s', 'jitter_s', 'lag_std_error_s')
@@ -320,8 +320,9 @@ def _noise(left: Sequence[tuple[str, float, float]]) -> str:
     if not parts:
         return ''
     return (
-        f' Free curves of one quantity each explain {", ".join(parts)}, in whitened energy: what '
-        'else is left where joints slide is noise, or hangs on several of them at once.'
+        f' Free curves of one quantity each explain {", ".join(parts)}, in whitened energy, and '
+        'those of two at once no more than chance would: what else is left where joints slide is '
+        'noise, or too slow to be told from it.'
     )
 
 
@@ -404,12 +405,13 @@ def _along(x: Leftover, joint: str, unit: str) -> str:
             f'{what} depends on {axis}, or on something alike: free curves of all axes together '
             f'explain {than}, and none by itself'
         )
+    of_it = 'a free function of both' if axis.endswith(AT_ONCE) else 'a free curve of it'
     if x.share < 1.0:
         return (
-            f'{what} depends on {axis} in another way: {which}a free curve of it explains '
+            f'{what} depends on {axis} in another way: {which}{of_it} explains '
             f'{number} % of what it and the named causes explain there'
         )
-    return f'{what} depends on {axis}: {which}a free curve of it explains more than noise would'
+    return f'{what} depends on {axis}: {which}{of_it} explains more than noise would'
 
 
 def _rest(selection: Selection, names: tuple[str, ...], units: tuple[str, ...]) -> str:

@@ -14,7 +14,7 @@ from sosml_friction.regression.kernels import ROWS_AT_ONCE
 
 #: Over how many hats a curve is smooth: the length of its Gaussian kernel. Chosen: two hats bend
 #: within a quarter of an axis, where causes of the catalogue have their knees.
-_SMOOTH = 2.0
+SMOOTH = 2.0
 #: Exponent of the prior of a curve's size tau, p ~ tau^-4: the explicit "none of these" swallows
 #: what has a name where it is weaker (study of 127 recordings).
 EXPONENT = 4.0
@@ -43,6 +43,7 @@ def fit_curves(
     fit: Fit,
     curves: Sequence[tuple[int, FloatArray]],
     told: BoolArray | None = None,
+    smooth: float = SMOOTH,
 ) -> Curves:
     """
     Return what curves explain, each of a size tau_g that the evidence says.
@@ -56,6 +57,7 @@ def fit_curves(
 
     :param curves: the joint and the whitened hats (rows, h) of each.
     :param told: rows (rows, n) that say something of curves; None for all.
+    :param smooth: l, over how many columns a curve is smooth; 0 for columns of no order, K = 1.
     """
     system, x, y = fit.system, fit.baseline.x, fit.target.y
     free = np.flatnonzero(np.abs(x) < AT_BOUND * system.bound)
@@ -66,7 +68,9 @@ def fit_curves(
     G, r = _normal(system.Z, free, curves, told, target)
     to_hats = []
     for (joint, hats), part in zip(curves, parts, strict=True):
-        to_hats.append(standard(G[np.ix_(part, part)], int(hats[told[:, joint]].any(1).sum())))
+        to_hats.append(
+            standard(G[np.ix_(part, part)], int(hats[told[:, joint]].any(1).sum()), smooth)
+        )
         G[:, part] = G[:, part] @ to_hats[-1]
         G[part], r[part] = to_hats[-1].T @ G[part], to_hats[-1].T @ r[part]
     prior = system.penalty()[free] - (1.0 - 1.0 / UNIFORM) * system.prior_weight()[free]
@@ -102,10 +106,12 @@ def _own(first: int, counts: Sequence[int]) -> list[IndexArray]:
     return [np.arange(a, b) for a, b in itertools.pairwise(first + np.cumsum([0, *counts]))]
 
 
-def standard(products: FloatArray, seen: int) -> FloatArray:
+def standard(products: FloatArray, seen: int, smooth: float = SMOOTH) -> FloatArray:
     """Return the hats' coefficients (h, h) of independent ones of variance 1 that make a curve."""
     k = np.arange(len(products))
-    kernel = np.exp(-0.5 * ((k - k[:, None]) / _SMOOTH) ** 2) + _JITTER * np.eye(len(k))
+    kernel = np.eye(len(k))
+    if smooth:
+        kernel = np.exp(-0.5 * ((k - k[:, None]) / smooth) ** 2) + _JITTER * kernel
     root = np.linalg.cholesky(kernel)
     energy = float(np.sum(root * (products @ root)))
     return np.asarray(root * np.sqrt(seen / max(energy, np.finfo(float).tiny)))

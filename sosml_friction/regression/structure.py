@@ -46,7 +46,7 @@ class Structure(Curve):
 
     def __init__(self, stretches: Sequence[Signals]) -> None:
         self._knots = [
-            knots_of(stretches, axis, HATS, None if noise is None else _spread(stretches, noise))
+            knots_of(stretches, axis, HATS, None if noise is None else spread(stretches, noise))
             for axis, noise in zip(_AXES, _NOISE, strict=True)
         ]
 
@@ -64,7 +64,7 @@ class Structure(Curve):
         return np.concatenate(parts, axis=1)[:, None]
 
 
-def _spread(
+def spread(
     stretches: Sequence[Signals], signal: Callable[[Signals], FloatArray | float]
 ) -> FloatArray:
     """Return the root mean square (n,) of a signal (N, n) over all stretches."""

@@ -20,6 +20,7 @@ from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.chance import FEWEST
 from sosml_friction.regression.column_norms import joints_acted_in
 from sosml_friction.regression.contacts import Contacts
+from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.evidence import (
     Blocks,
     CandidateColumns,
@@ -203,6 +204,13 @@ class WhitenedRegression:
         """Return the whitened columns of an effect at some values of its inner parameters."""
         joints, parts = columns_in_band(self.signals, Candidate(effect, joint, grid))
         return CandidateColumns.make(self.system, joints, self.whitening.apply(parts, joints))
+
+    def of_curve(self, curve: Curve, joint: int) -> FloatArray:
+        """Return the whitened columns (rows, k) of a free curve of a joint in that joint."""
+        joints, parts = columns_in_band(self.signals, Candidate(curve, joint, ({},)))
+        C = self.whitening.apply(parts, joints)
+        (at,) = np.flatnonzero(joints == joint)
+        return np.asarray(C[:, at].reshape(len(C), -1), np.float64)
 
     def inseparable(self, effect: Term) -> tuple[str, ...]:
         """Return the causes looked for that joint sensors cannot tell from an effect at all."""

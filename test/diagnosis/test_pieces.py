@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from scipy.signal import lfilter
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
-from sosml_friction.diagnosis.decision.leftover import AXES, FRICTION_BY, TONE
+from sosml_friction.diagnosis.decision.leftover import AT_ONCE, AXES, FRICTION_BY, TONE
 from sosml_friction.diagnosis.library import make_library, searched_terms
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.dahl import dahl_path
@@ -26,6 +27,7 @@ from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.model.terms.kinds.transmission_term import deflection
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.contacts import find_contacts, find_impacts
+from sosml_friction.regression.curves.axes import BACK_AND_FORTH
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.noise_model import ORDER, fit_noise
 from sosml_friction.regression.nominal import effort_slope, make_nominal
@@ -386,5 +388,7 @@ def test_unknown_effort_of_one_joint_is_a_hole_and_not_zero():
 def test_every_axis_of_what_is_left_is_in_the_schema():
     schema = Path(__file__).parents[2] / 'docs/schema/diagnosis.schema.json'
     axes = json.loads(schema.read_text())['properties']['structure']['properties']['axes']
-    known = set(axes['items']['properties']['axis']['enum'])
-    assert known == {TONE, *AXES, *(f'{FRICTION_BY}{axis}' for axis in AXES)}
+    one, two = axes['items']['properties']['axis']['anyOf']
+    friction = {f'{FRICTION_BY}{axis}' for axis in (*AXES, BACK_AND_FORTH)}
+    assert set(one['enum']) == {TONE, *AXES, *friction}
+    assert re.search(two['pattern'], f'{AXES[0]} and {AXES[1]}{AT_ONCE}')

@@ -8,24 +8,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.fft import next_fast_len, rfft
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.further_curves import further_curves
 from sosml_friction.diagnosis.decision.leftover import (
     AXES,
     FRICTION_BY,
-    NEIGHBOURS,
-    POSITION,
-    SPEED,
-    TIME,
+    LEAST,
+    REST,
     TONE,
     Leftover,
 )
 from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
+from sosml_friction.diagnosis.decision.slow_noise import noise_where
 from sosml_friction.diagnosis.decision.tones import TONE_SHARE, tones
 from sosml_friction.model.terms.cogging import Cogging
+from sosml_friction.regression.curves.axes import NEIGHBOURS, POSITION, SPEED, TIME
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
 from sosml_friction.regression.evidence import Fit
@@ -35,12 +35,10 @@ from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.structure import HATS
 from sosml_friction.regression.whitened import WhitenedRegression
 
-#: Energy of a curve, as a share of that of noise, and share of what is left of a joint that all of
-#: its curves explain together, that deviations within the tolerance, reversals and rounding make
-#: where there is no cause: three times the largest of 42 recordings of three plants, 0.0034 and
-#: 0.0076, which are 0.0030 and 0.0070 since position is smoothed by a low-pass that is flat
-#: (``python -m validation.leftovers --seed 424242``).
-LEAST, ALL = 0.01, 0.023
+#: Share of what is left of a joint that all of its curves explain together, where there is no
+#: cause: three times the largest of 42 recordings, 0.0076, which is 0.0070 since position is
+#: smoothed by a low-pass that is flat (``python -m validation.leftovers --seed 424242``).
+ALL = 0.023
 #: Energy of a ripple of friction over position, as a share of that of noise: three times the
 #: largest of 126 such recordings, 0.0107 (``--recordings 42``; a curve of them has 0.0034, all
 #: curves together 0.0087).
@@ -48,9 +46,6 @@ RIPPLE = 0.03
 #: By how much more one power of speed has to explain, beside ``VERY_STRONG``, as a share of what
 #: is named: by so much an effect of the catalogue in other equations may differ.
 _MORE_SHARE = 0.005
-#: If curves explain more than this share of what they and the causes explain together, the causes
-#: are the smaller part. By definition.
-REST = 0.5
 
 
 @dataclass(frozen=True)
@@ -155,27 +150,12 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     for i, tone in tones(laboratory, result.left, told):
         floor = tone.energy * TONE_SHARE / tone.share
         found.append(Leftover(TONE, i, tone.energy, floor, tone.share, 0.0, hertz=tone.hertz))
+    found += further_curves(laboratory, fit, result.left, far, told, named)
     found += _ripples(laboratory, result.left, far, told, named)
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]
     return Remainder((*found, *instead), explained, float(named.sum()))
-
-
-def noise_where(hats: FloatArray, left: FloatArray) -> float:
-    """
-    Return the power of noise where a curve is, in that of all noise, at least 1.
-
-    The periodogram of what is left (rows,), in the mean over those of the hats (rows, h): a model
-    of few coefficients does not whiten what is slower than these reach, and slow noise, as curves
-    are slow, has more of its energy in them than white noise would.
-    """
-    length = next_fast_len(len(left), real=True)
-    own = np.sum(np.abs(rfft(hats, length, axis=0)) ** 2, axis=1)
-    power = np.abs(rfft(left, length)) ** 2
-    if not own.any() or not power.any():
-        return 1.0
-    return max(1.0, float(own @ power / own.sum() / power.mean()))
 
 
 def all_together(
@@ -201,10 +181,11 @@ def free_curves(
     laboratory: WhitenedRegression, elsewhere: Elsewhere, joint: int
 ) -> list[FloatArray]:
     """Return the whitened hats of each curve of a joint, (rows, hats) each, as AXES has them."""
-    found: list[FloatArray] = []
-    for columns in (laboratory.structure_columns[joint], laboratory.single(elsewhere, joint, {})):
-        (at,) = np.flatnonzero(columns.rows == joint)
-        C = columns.C[:, at].reshape(len(columns.C), -1)
+    columns = laboratory.structure_columns[joint]
+    (at,) = np.flatnonzero(columns.rows == joint)
+    own = columns.C[:, at].reshape(len(columns.C), -1)
+    found = []
+    for C in (own, laboratory.of_curve(elsewhere, joint)):
         found += [C[:, k : k + HATS] for k in range(0, C.shape[1], HATS)]
     return found
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from scipy.stats import norm
 
 from sosml_friction.diagnosis.decision.cause import Cause
-from sosml_friction.diagnosis.decision.remainder import REST
+from sosml_friction.diagnosis.decision.leftover import REST
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.parameter import Z_95, Parameter
 from sosml_friction.model.terms.kinds.term import TERMS

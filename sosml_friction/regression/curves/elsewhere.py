@@ -32,7 +32,7 @@ class Elsewhere(Curve):
         self._times = np.linspace(times.min(), times.max(), HATS)
         self._positions = knots_of(stretches, lambda s: s.q, HATS)
         self._speeds = knots_of(stretches, lambda s: s.v, HATS)
-        self._apart = _apart(stretches)
+        self._apart = apart(stretches)
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return the hats."""
@@ -51,7 +51,7 @@ class Elsewhere(Curve):
         return np.concatenate(parts, axis=1)[:, None]
 
 
-def _apart(stretches: Sequence[Signals]) -> BoolArray:
+def apart(stretches: Sequence[Signals]) -> BoolArray:
     """Tell of which joints (n, n) the second's velocity is no multiple of the first's."""
     v = np.concatenate([s.v for s in stretches])
     noise = np.sqrt(np.mean([np.broadcast_to(s.jitter, v.shape[1]) ** 2 for s in stretches], 0))

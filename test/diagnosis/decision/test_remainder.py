@@ -21,9 +21,10 @@ from known_robots import (
 )
 from scipy.signal import lfilter, savgol_filter
 
-from sosml_friction.diagnosis.decision.leftover import Leftover
-from sosml_friction.diagnosis.decision.remainder import LEAST, REST, all_together, noise_where
+from sosml_friction.diagnosis.decision.leftover import LEAST, REST, Leftover
+from sosml_friction.diagnosis.decision.remainder import all_together
 from sosml_friction.diagnosis.decision.selector import Selector
+from sosml_friction.diagnosis.decision.slow_noise import noise_where
 from sosml_friction.diagnosis.decision.tone import Tone, strongest_tone
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.dahl import dahl_path
