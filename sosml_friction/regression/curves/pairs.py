@@ -31,9 +31,9 @@ class Pairs(Curve):
     Add sum_kl c_kl w_k(x) w_l(y) of a joint, for each two of its quantities x and y.
 
     w_k(x) = cos(k pi u), k = 1, 2, u the share of samples that are below x; of speed s and
-    s cos(pi u), u of |q'|. Quantities: speed, position, load, time, and position
-    and velocity of both next joints. What has more noise than its waves are apart is none, nor is
-    the velocity of a joint that moves in proportion.
+    s cos(pi u), u of |q'|. Quantities: speed, position, load, time, and position and velocity of
+    both next joints. What has more noise than its knots are apart is none, nor is the velocity of
+    a joint that moves in proportion.
     """
 
     identifier: ClassVar[str] = 'pairs'

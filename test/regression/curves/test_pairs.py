@@ -51,7 +51,7 @@ def test_positions_at_once_span_their_product_and_no_function_of_one(signals):
     def share(y: np.ndarray) -> float:
         return 1.0 - np.var(y - C @ np.linalg.lstsq(C, y)[0]) / np.var(y)
 
-    # As far as seven knots follow the ranks.
+    # As far as five knots follow the ranks.
     rank = np.argsort(np.argsort(signals.q, axis=0), axis=0) / len(signals.q)
     wave = np.cos(np.pi * rank)
     assert share(wave[:, 0] * wave[:, 1]) > 0.99
