@@ -68,9 +68,8 @@ def fit_curves(
     G, r = _normal(system.Z, free, curves, told, target)
     to_hats = []
     for (joint, hats), part in zip(curves, parts, strict=True):
-        to_hats.append(
-            standard(G[np.ix_(part, part)], int(hats[told[:, joint]].any(1).sum()), smooth)
-        )
+        seen = int((hats.any(axis=1) & told[:, joint]).sum())
+        to_hats.append(standard(G[np.ix_(part, part)], seen, smooth))
         G[:, part] = G[:, part] @ to_hats[-1]
         G[part], r[part] = to_hats[-1].T @ G[part], to_hats[-1].T @ r[part]
     prior = system.penalty()[free] - (1.0 - 1.0 / UNIFORM) * system.prior_weight()[free]
