@@ -10,9 +10,9 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.decision.leftover import (
     AT_ONCE,
     FRICTION_BY,
-    LEAST,
     REST,
     Leftover,
+    curve_floor,
 )
 from sosml_friction.diagnosis.decision.slow_noise import noise_where
 from sosml_friction.regression.curves.axes import BACK_AND_FORTH
@@ -20,7 +20,6 @@ from sosml_friction.regression.curves.pairs import Pairs
 from sosml_friction.regression.curves.wandering import Wandering
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.evidence_curves import SMOOTH, fit_curves
-from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -47,9 +46,7 @@ def further_curves(
     # Joint by joint: the curves of all together would be the largest array of a diagnosis.
     for i in joints:
         both = pairs.axes(i)
-        count = len(both) + 1
-        # The price of two parameters, of the best of all.
-        price = 2.0 * float(np.log(rows[i]) + np.log(count * len(joints)))
+        floor = curve_floor(float(rows[i]), (len(both) + 1) * len(joints))
         for curve, axes, smooth in ((pairs, both, 0.0), (wandering, [()], SMOOTH)):
             if not axes:
                 # A joint that stands alone has time, and nothing else.
@@ -58,9 +55,8 @@ def further_curves(
             parts = np.split(whole, len(axes), axis=1)
             result = fit_curves(target, [(i, part) for part in parts], far, smooth)
             for of, part, energy in zip(axes, parts, result.energy.tolist(), strict=True):
-                floor = max(LEAST * rows[i], price + VERY_STRONG)
-                floor *= noise_where(part, result.left[:, i])
+                least = floor * noise_where(part, result.left[:, i])
                 share = energy / max(float(named[i]) + energy, 1e-300)
                 name = f'{" and ".join(of)}{AT_ONCE}' if of else f'{FRICTION_BY}{BACK_AND_FORTH}'
-                found.append(Leftover(name, i, energy, floor, share, REST))
+                found.append(Leftover(name, i, energy, least, share, REST))
     return found

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What something without a name still explains beside the named causes."""
 
+import math
 from dataclasses import dataclass
 
 from sosml_friction.regression.curves.axes import (
@@ -12,6 +13,7 @@ from sosml_friction.regression.curves.axes import (
     SPEED,
     TIME,
 )
+from sosml_friction.regression.rival import VERY_STRONG
 
 TONE = 'a tone'
 #: Free curves of each axis, and of friction that follows it, in the order of their columns.
@@ -28,6 +30,15 @@ LEAST = 0.01
 #: If curves explain more than this share of what they and the causes explain together, the causes
 #: are the smaller part. By definition.
 REST = 0.5
+
+
+def curve_floor(rows: float, tried: int = 1) -> float:
+    """
+    Return the energy that a curve has to exceed in ``rows``, the best of ``tried`` ones.
+
+    The price of two parameters, as each curve that is seen has, and clear evidence.
+    """
+    return max(LEAST * rows, 2.0 * math.log(rows) + 2.0 * math.log(tried) + VERY_STRONG)
 
 
 @dataclass(frozen=True)

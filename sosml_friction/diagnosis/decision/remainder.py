@@ -15,10 +15,10 @@ from sosml_friction.diagnosis.decision.further_curves import further_curves
 from sosml_friction.diagnosis.decision.leftover import (
     AXES,
     FRICTION_BY,
-    LEAST,
     REST,
     TONE,
     Leftover,
+    curve_floor,
 )
 from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
@@ -113,9 +113,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     slow = [noise_where(hats, result.left[:, i]) for i, hats in curves]
     for curve, (axis, friction), own, noise in zip(curves, axes, result.energy, slow, strict=True):
         i = curve[0]
-        # The price of two parameters, as each curve that is seen has, and clear evidence.
-        price = 2.0 * float(np.log(rows[i]))
-        floor = max(LEAST * rows[i], price + VERY_STRONG)
+        floor = curve_floor(float(rows[i]))
         # Along the axis of a cause nothing is left where it is the right one.
         least = settings.axis_share if (axis, i) in own_axes else REST
         if axis in NEIGHBOURS:
@@ -124,7 +122,8 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
             least = settings.tolerance**2
             # Neither is any friction of the nominal: of 300 recordings of two joints one other had
             # such a curve. The best of several joints is one by chance more often.
-            floor = price + 2.0 * float(np.log(len(told))) if friction else floor
+            price = 2.0 * float(np.log(rows[i]) + np.log(len(told)))
+            floor = price if friction else floor
         floor *= noise
         share = 1.0
         if i in acted:

@@ -1,3 +1,3 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Free curves along one axis: what any cause there could explain at most. None is a cause."""
+"""Free curves along one axis or two: the most that any cause there could explain, and no cause."""

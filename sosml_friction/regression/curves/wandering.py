@@ -15,7 +15,7 @@ from sosml_friction.regression.curves.knots import padded_hats
 from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.structure import HATS
 
-#: Hats of time: eight for one of the curve that is there before.
+#: Hats of time: eight times as many as a curve of one quantity has.
 WANDERING_HATS = 8 * HATS
 #: Least distance of two hats, in periods of the low-pass's cut-off: twenty rows of the band, so
 #: that the level of friction there is known to a quarter of the noise.
