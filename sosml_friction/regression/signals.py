@@ -216,26 +216,35 @@ def with_rests(
     )
 
 
-def choose_band(log: JointLog, robot: Robot, step: float, settings: DiagnosisSettings) -> Band:
+def choose_cutoff(
+    stretches: Sequence[JointLog], robot: Robot, settings: DiagnosisSettings
+) -> float:
     """
-    Return the band, up to where position makes as much noise as effort.
+    Return the band's cut-off [Hz], up to where position makes as much noise as effort.
 
     White noise s_q of position, twice differentiated within a band f, makes an inertial effort of
     M (2 pi f)^2 s_q / sqrt(5) for each unit that white noise s_tau of effort leaves in the same
     band: they are equal at f = sqrt(sqrt(5) s_tau / (M s_q)) / (2 pi). The lowest of the joints'
-    is taken.
+    is taken, each with the mean squares of all samples: a joint at rest shows less noise.
     """
     if settings.band is not None:
-        return Band(settings.band, step)
-    noise_of, seen = _position_noise(log, robot, step)
+        return settings.band
+    noises = [_position_noise(each, robot, _step(each)) for each in stretches]
+    share = np.array([len(each) for each in stretches], dtype=np.float64)
+    share /= share.sum()
+    position = np.sqrt(share @ [seen**2 for _, seen in noises])
+    efforts = np.sqrt(share @ [each.effort**2 for each, _ in noises])
+    inertias = share @ [np.diag(each.inertia) for each, _ in noises]
     found = [settings.widest_band]
-    for noise, effort, inertia in zip(
-        seen, noise_of.effort, np.diag(noise_of.inertia), strict=True
-    ):
+    for noise, effort, inertia in zip(position, efforts, inertias, strict=True):
         if noise > 0.0 and effort > 0.0 and inertia > 0.0:
             found.append(float(np.sqrt(np.sqrt(5.0) * effort / (inertia * noise)) / (2.0 * np.pi)))
-    widest = min(settings.widest_band, _HIGHEST / step)
-    return Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
+    widest = min(settings.widest_band, _HIGHEST / max(map(_step, stretches)))
+    return float(np.clip(min(found), min(_NARROWEST, widest), widest))
+
+
+def _step(stretch: JointLog) -> float:
+    return float(np.median(np.diff(stretch.time)))
 
 
 def _position_noise(log: JointLog, robot: Robot, step: float) -> tuple[PositionNoise, FloatArray]:
@@ -384,35 +393,34 @@ def prepare(
     :raises DataError: if nothing is long enough.
     """
     scales = known or find_scales(logs, model, robot)
-    cut: list[tuple[JointLog, float, int]] = []
-    offset = 0.0
-    band: Band | None = None
-    for number, log in enumerate(logs):
-        for stretch in even_stretches(log):
-            step = float(np.median(np.diff(stretch.time)))
-            if shortest_s is None and len(stretch) * step < _SHORTEST_CYCLES / (
-                settings.band or settings.widest_band
-            ):
-                # Too short in any band: it has no say in which.
-                continue
-            if band is None or abs(band.step - step) > 1e-3 * step:
-                chosen = choose_band(stretch, robot, step, settings)
-                # One band for all: what is compared must be filtered alike.
-                band = Band(min(chosen.cutoff, band.cutoff) if band else chosen.cutoff, step)
-            least = _SHORTEST_CYCLES / band.cutoff if shortest_s is None else shortest_s
-            if len(stretch) * step < max(least, 5.0 / band.cutoff):
-                continue
-            begin = offset + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9
-            cut.append((stretch, begin, number))
-        offset += float(log.time[-1]) + 1.0
-    if not cut or band is None:
+    begins = np.cumsum([0.0, *(float(log.time[-1]) + 1.0 for log in logs)])
+    cut = [
+        (stretch, float(begin) + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9, number)
+        for number, (log, begin) in enumerate(zip(logs, begins, strict=False))
+        for stretch in even_stretches(log)
+    ]
+
+    def lasting(cycles: float, cutoff: float) -> list[tuple[JointLog, float, int]]:
+        return [own for own in cut if len(own[0]) * _step(own[0]) >= cycles / cutoff]
+
+    # What is too short in any band has no say in which.
+    widest = settings.band or settings.widest_band
+    heard = lasting(_SHORTEST_CYCLES, widest) if shortest_s is None else cut
+    # One for all: what is compared must be filtered alike.
+    cutoff = choose_cutoff([own[0] for own in heard], robot, settings) if heard else widest
+    fewest = _SHORTEST_CYCLES if shortest_s is None else max(shortest_s * cutoff, 5.0)
+    used = lasting(fewest, cutoff)
+    if not used:
         raise DataError(
             'no stretch of the recording is long enough without a hole in position or effort: '
             'record at least 10 s at one go'
         )
     prepared = [
-        replace(make_signals(stretch, robot, scales, band, begin), recording=number)
-        for stretch, begin, number in cut
+        replace(
+            make_signals(stretch, robot, scales, Band(cutoff, _step(stretch)), begin),
+            recording=number,
+        )
+        for stretch, begin, number in used
     ]
     return prepared if known else _with_fitted_sign(prepared, knees)
 

@@ -13,20 +13,24 @@ from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
 from sosml_friction.actuators.emulator.emulator import STEP_NS, ExoskeletonEmulator
 from sosml_friction.actuators.emulator.fault import parse_faults
+from sosml_friction.actuators.emulator.frame_faults import FRAME_NS
 
 # The plant is kept up to date at least this often.
 _TICK = 2e-3
 _MOST_BEHIND_NS = 20_000_000
+# At most so many frames are dealt with before an answer goes out: a cycle of ten joints, no flood.
+_BURST = 32
 
 
 class EmulatorThread(threading.Thread):
     """
     Own the bus: take frames when they come, send replies when they are due.
 
-    Emulated time is the time since the start. A reply later than due, for want of the processor,
-    is sent at once. Where the machine does not run this thread for longer than 20 ms, emulated
-    time stands still meanwhile, and ``lost_ns`` counts it: to integrate all of it afterwards would
-    keep the answers waiting longer still.
+    Emulated time is the time since the start. Frames that came while one was dealt with followed
+    it on the wire: how long this program computes sets no two measurements apart. A reply later
+    than due, for want of the processor, is sent at once. Where the machine does not run this
+    thread for longer than 20 ms, emulated time stands still meanwhile, and ``lost_ns`` counts it:
+    to integrate all of it afterwards would keep the answers waiting longer still.
     """
 
     def __init__(self, bus: can.BusABC, emulator: ExoskeletonEmulator) -> None:
@@ -56,26 +60,38 @@ class EmulatorThread(threading.Thread):
     def run(self) -> None:
         """Run until :meth:`stop`; an exception is kept in ``error``."""
         self._start_ns = self._clock.now_ns() - self._emulator.time_ns
-        replies = self._replies
         try:
             while not self._stop_event.is_set():
                 now_ns = self._now_ns()
                 self._change_faults(now_ns)
-                while replies and replies[0][0] <= now_ns:
-                    self._bus.send(heapq.heappop(replies)[2].to_message())
-                wait = _TICK
-                if replies:
-                    wait = min(wait, (replies[0][0] - now_ns) * 1e-9)
-                message = self._bus.recv(wait)
-                now_ns = self._now_ns()
-                frame = None if message is None else Frame.from_message(message)
-                if frame is None:
-                    self._emulator.advance(now_ns)
+                message = self._bus.recv(self._send_due(now_ns))
+                if message is None:
+                    self._emulator.advance(self._now_ns())
                 else:
-                    self._push(self._emulator.handle(frame, now_ns))
+                    self._take_burst(message)
                 self._push(self._emulator.take_sent())
         except BaseException as error:
             self.error = error
+
+    def _take_burst(self, message: can.Message) -> None:
+        """Take a frame, and those that came while it was dealt with: they followed on the wire."""
+        arrival_ns = self._now_ns()
+        for _ in range(_BURST):
+            frame = Frame.from_message(message)
+            if frame is not None:
+                self._push(self._emulator.handle(frame, arrival_ns))
+            following = self._bus.recv(0.0)
+            if following is None:
+                break
+            message = following
+            arrival_ns = min(arrival_ns + FRAME_NS, self._now_ns())
+
+    def _send_due(self, now_ns: int) -> float:
+        """Send the replies that are due; return how long the next may wait for [s]."""
+        replies = self._replies
+        while replies and replies[0][0] <= now_ns:
+            self._bus.send(heapq.heappop(replies)[2].to_message())
+        return min(_TICK, (replies[0][0] - now_ns) * 1e-9) if replies else _TICK
 
     def _now_ns(self) -> int:
         """Return the emulated time now [ns]."""
