@@ -1,12 +1,15 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Joints that stick where they turn around are no unknown structure at a low rate either."""
+"""Joints that stick are no unknown structure at a low rate, and rates may differ."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from full_runs import only_full
+from known_robots import slider_model, slider_recording
 
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.mujoco.reading import read_mjcf
@@ -29,3 +32,14 @@ def test_an_arm_that_sticks_where_it_turns_around_is_explained_at_62_hz(seed, tm
     model = read_mjcf(tmp_path / 'arm.xml')
     found = diagnose([log.rows(np.arange(0, len(log), 8))], model, settings=DiagnosisSettings())
     assert found.verdict == 'nothing_above_floor', found.sentence
+
+
+def test_recordings_of_different_rates_name_one_cause():
+    """The slow one first: its velocities were off by the ratio of the rates, and so was C + B v."""
+    logs = [slider_recording(seed=seed) for seed in (1, 2)]
+    logs = [replace(log, tau=log.tau + 6.0 * np.sin(150.0 * log.q)) for log in logs]
+    logs[0] = logs[0].rows(np.arange(0, len(logs[0]), 2))
+    found = diagnose(logs, slider_model(), settings=DiagnosisSettings())
+    assert [(cause.effect, cause.joint) for cause in found.causes] == [('cogging', 'slider')]
+    sine = found.causes[0].parameters['sine']
+    assert abs(sine.value - 6.0) < 3.0 * sine.std_error

@@ -218,7 +218,6 @@ def _of_folds(laboratory: WhitenedRegression) -> list[WindowSet]:
     found: dict[tuple[int, int], list[int]] = {}
     counts = [len(x) for x in laboratory.split(laboratory.y)]
     ends = np.cumsum(counts)
-    samples = 0
     for b, (first, last) in enumerate(itertools.pairwise(blocks.edges)):
         for s, signals in enumerate(laboratory.signals):
             begin = int(ends[s] - counts[s])
@@ -233,7 +232,7 @@ def _of_folds(laboratory: WhitenedRegression) -> list[WindowSet]:
             at = _spread(start, stop, samples, _PER_BLOCK)
             found.setdefault((s, int(blocks.fold[b])), []).extend(at.tolist())
     return [
-        WindowSet(laboratory.signals[s], np.array(at), samples, fold)
+        WindowSet(laboratory.signals[s], np.array(at), _samples(laboratory.signals[s]), fold)
         for (s, fold), at in sorted(found.items())
     ]
 

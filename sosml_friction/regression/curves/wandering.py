@@ -32,8 +32,8 @@ class Wandering(Curve):
 
     def __init__(self, stretches: Sequence[Signals]) -> None:
         times = np.concatenate([s.time for s in stretches])
-        band = stretches[0].band
-        most = int(len(times) * band.step * band.cutoff / _CYCLES)
+        seconds = sum(len(s.time) * s.band.step for s in stretches)
+        most = int(seconds * stretches[0].band.cutoff / _CYCLES)
         shares = np.linspace(0.0, 1.0, min(WANDERING_HATS, max(most, 2)))
         self._times = np.quantile(times, shares)
 
