@@ -35,7 +35,7 @@ def test_an_arm_that_sticks_where_it_turns_around_is_explained_at_62_hz(seed, tm
 
 
 def test_recordings_of_different_rates_name_one_cause():
-    """The slow one first: its velocities were off by the ratio of the rates, and so was C + B v."""
+    """The slow one first: its velocities were off by the ratio of the rates, and so C + B v."""
     logs = [slider_recording(seed=seed) for seed in (1, 2)]
     logs = [replace(log, tau=log.tau + 6.0 * np.sin(150.0 * log.q)) for log in logs]
     logs[0] = logs[0].rows(np.arange(0, len(logs[0]), 2))
