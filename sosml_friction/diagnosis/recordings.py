@@ -12,6 +12,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.data_checks import Check, check_joints, check_log, without_bad
 from sosml_friction.exceptions import DataError
+from sosml_friction.identification.even_stamps import EVEN, with_even_stamps
 from sosml_friction.identification.glitches import without_glitches
 from sosml_friction.identification.late_effort import LateEffort
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
@@ -40,6 +41,8 @@ class Recordings:
             own += [Check(kind, 'warning', '*', what) for kind, what in told.items()]
             log, off = without_glitches(held.rows(~repeated_samples(held)))
             own += [Check('position', 'warning', name, what) for name, what in off.items()]
+            log, uneven = with_even_stamps(log)
+            own += [Check(EVEN, 'note', '*', uneven)] if uneven else []
             own += check_joints(log, robot)
             good.append(without_bad(log, own))
             checks.append(own)

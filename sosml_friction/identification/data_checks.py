@@ -20,6 +20,7 @@ from sosml_friction.identification.data_finding import (
     WARNING,
     DataFinding,
 )
+from sosml_friction.identification.even_stamps import EVEN, with_even_stamps
 from sosml_friction.identification.glitches import without_glitches
 from sosml_friction.identification.joint_checks import JointChecks, check_joint
 from sosml_friction.identification.joint_relations import WINDOW_S, Slopes
@@ -140,6 +141,8 @@ def check_data(
     period = float(np.median(steps))
     if slow := too_slow(period):
         raise DataError(slow)
+    log, uneven = with_even_stamps(log)
+    findings += [DataFinding(EVEN, '*', NOTE, uneven)] if uneven else []
     joints = {}
     v, tau, slopes = log.v.copy(), log.tau.copy(), Slopes.of(log)
     if swapped := swapped_joints(log, robot, slopes):

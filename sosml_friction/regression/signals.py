@@ -58,9 +58,9 @@ _NEARER = (0.76, 0.87, 1.0, 1.15, 1.32)
 _OF_KNEE = 0.25
 #: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
 _BENDS = (-0.2, 0.0, 0.2, 0.4)
-#: Shortest stretch without holes that is used, in periods of the low-pass's cut-off, of which the
-#: low-pass takes two at each end: 7 %.
-_SHORTEST_CYCLES = 60.0
+#: Shortest stretch without holes that is used, in periods of the low-pass's cut-off: of shorter
+#: ones not half is left. The low-pass takes two at each end, the whitening six rows of 0.3.
+_SHORTEST_CYCLES = 12.0
 #: Narrowest band [Hz]. Halved and doubled, no answer of ``python -m validation.sensitivity --seed
 #: 1`` changes.
 _NARROWEST = 12.0

@@ -7,12 +7,14 @@ from collections.abc import Iterable
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.even_stretches import on_lines
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.tone import BETWEEN_LINES, Tone, strongest_tone
 from sosml_friction.regression.chance import CHANCE
 from sosml_friction.regression.curves.tone_of_time import ToneOfTime
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.noise_model import ORDER
+from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Smallest share of what is left, in effort, that makes a tone: of SNR 0.5 it is 0.2. In 300
@@ -24,19 +26,40 @@ TONE_SHARE = 0.2
 def tones(
     laboratory: WhitenedRegression, left: FloatArray, joints: Iterable[int]
 ) -> list[tuple[int, Tone]]:
-    """Return the strongest tone of each joint in what is left (rows, n), if it is one."""
+    """
+    Return the strongest tone of each joint in what is left (rows, n), if it is one.
+
+    In the recording of most rows, whose holes say nothing: in a short stretch noise is a tone.
+    """
+    signals, rows = _recording(laboratory, left)
+    band = signals[0].band
+    when, q = (
+        np.concatenate([s.band.at_rows(x)[ORDER:] for s, x in zip(signals, own, strict=True)])
+        for own in ([s.time for s in signals], [s.q for s in signals])
+    )
+    # On one grid of time, as the rows of a stretch are: each at most half a step off.
+    at = np.rint((when - when[0]) / band.output_step).astype(np.int64)
+    even = np.zeros((int(at[-1]) + 1, rows.shape[1]))
+    even[at] = rows
+    q = on_lines(when[0] + band.output_step * np.arange(len(even)), when, q)
     found = []
-    parts = laboratory.split(left)
-    longest = max(range(len(parts)), key=lambda k: len(parts[k]))
-    signals, rows = laboratory.signals[longest], parts[longest]
-    band = signals.band
-    q = band.at_rows(signals.q)[ORDER:]
     for i in joints:
-        tone = strongest_tone(rows[:, i], laboratory.noise[i], band.output_step, band.cutoff)
+        tone = strongest_tone(even[:, i], laboratory.noise[i], band.output_step, band.cutoff)
         loud = tone.share >= TONE_SHARE and tone.chance <= CHANCE
         if loud and not tone.follows(q, band.output_step):
             found.append((i, tone))
     return found
+
+
+def _recording(
+    laboratory: WhitenedRegression, left: FloatArray
+) -> tuple[list[Signals], FloatArray]:
+    """Return the stretches of the recording that has most rows, and these rows (K, n)."""
+    parts = laboratory.split(left)
+    numbers = [signals.recording for signals in laboratory.signals]
+    rows = np.bincount(numbers, weights=[len(part) for part in parts])
+    own = [k for k, number in enumerate(numbers) if number == int(np.argmax(rows))]
+    return [laboratory.signals[k] for k in own], np.concatenate([parts[k] for k in own])
 
 
 def tone_in_place(laboratory: WhitenedRegression, fit: Fit, best: Finding) -> str:
