@@ -48,6 +48,15 @@ def test_stamps_of_receipt_are_made_even_though_samples_are_lost(drift, scatter)
     assert even.q is log.q
 
 
+@pytest.mark.parametrize('rate', [60.0, 130.0, 300.0, 450.0])
+def test_stamps_in_whole_milliseconds_are_made_even(rate):
+    """1 / sqrt(12) ms is what they miss; a period that is no whole number goes over all phases."""
+    taken = np.arange(0.0, 20.0, 1.0 / rate)
+    log = recorded(taken, np.floor(1e3 * taken) * 1e-3)
+    assert missed(log, taken) == pytest.approx(1e-3 / np.sqrt(12.0), rel=0.1)
+    assert missed(with_even_stamps(log)[0], taken) < 0.3 * missed(log, taken)
+
+
 @pytest.mark.parametrize(
     ('uneven', 'late', 'quantum'),
     [(0.1, 0.0, 0.0), (0.0, 0.0, 0.0), (0.1, 0.0, 0.01)],
