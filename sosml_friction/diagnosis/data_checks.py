@@ -25,7 +25,7 @@ from sosml_friction.regression.signals import Signals
 #: doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes.
 _SOME, _USELESS = 5e-3, 0.2
 #: What becomes of samples that are lost.
-_HOLES = f'holes of up to {HOLE:g} samples are bridged, longer ones part the recording'
+_HOLES = f'up to {HOLE - 1:g} lost samples in a row are bridged, more part the recording'
 #: Velocity that lags by more than this, and than one sampling interval, is named [s].
 _LAG = 1.5e-3
 #: Effort in steps of more than this share of its standard deviation is called coarse, and nothing
