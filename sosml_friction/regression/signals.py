@@ -61,6 +61,8 @@ _BENDS = (-0.2, 0.0, 0.2, 0.4)
 #: Shortest stretch without holes that is used, in periods of the low-pass's cut-off: of shorter
 #: ones not half is left. The low-pass takes two at each end, the whitening six rows of 0.3.
 _SHORTEST_CYCLES = 12.0
+#: Shortest recording, of all its stretches together: the low-pass takes 7 % of one.
+_FEWEST_CYCLES = 60.0
 #: Narrowest band [Hz]. Halved and doubled, no answer of ``python -m validation.sensitivity --seed
 #: 1`` changes.
 _NARROWEST = 12.0
@@ -410,7 +412,8 @@ def prepare(
     cutoff = choose_cutoff([own[0] for own in heard], robot, settings) if heard else widest
     fewest = _SHORTEST_CYCLES if shortest_s is None else max(shortest_s * cutoff, 5.0)
     used = lasting(fewest, cutoff)
-    if not used:
+    long = sum(len(stretch) * _step(stretch) for stretch, *_ in used)
+    if not used or (shortest_s is None and long < _FEWEST_CYCLES / cutoff):
         raise DataError(
             'no stretch of the recording is long enough without a hole in position or effort: '
             'record at least 10 s at one go'
