@@ -14,7 +14,7 @@ parameter that is named and truly beyond its tolerance is right, and no cause to
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -43,6 +43,7 @@ from validation.axis_plant import (
 )
 from validation.judge import judge, named
 from validation.kept_trials import kept_trials, outcomes, parser_of
+from validation.losses import with_losses
 from validation.trial import Truth
 
 #: Number of the motion that is diagnosed, and of that on which gains are measured; their length
@@ -80,9 +81,14 @@ class Hidden:
     logs: tuple[JointLog, JointLog]
 
 
-def trial(seed: int, kind: str, effect: str, k: int) -> dict[str, Any]:
+def trial(seed: int, kind: str, effect: str, k: int, *, lossy: bool = False) -> dict[str, Any]:
     """Return what was hidden, what was answered, and what that is worth."""
-    return asked(hidden(seed, kind, effect, k))
+    this = hidden(seed, kind, effect, k)
+    if lossy:
+        rng = np.random.default_rng([seed, k, 1])
+        recording, other = (with_losses(log, rng) for log in this.logs)
+        this = replace(this, logs=(recording, other))
+    return asked(this)
 
 
 def hidden(seed: int, kind: str, effect: str, k: int) -> Hidden:
@@ -124,6 +130,8 @@ def asked(this: Hidden, settings: DiagnosisSettings | None = None) -> dict[str, 
         except SosmlFrictionError as error:
             return {**row, 'outcome': 'failed', 'said': str(error)}
     document = diagnosis_document(found.diagnosis, found.provenance)
+    # Samples that are lost are told whatever else is there.
+    document = without(document, ['dropped_samples'])
     off = {
         'coulomb': plain.coulomb - guess[0],
         'viscous': plain.viscous - guess[1],
@@ -210,12 +218,13 @@ def main() -> int:
     """Run the trials that are not there yet, and print the table."""
     parser = parser_of('axis_campaign', __doc__)
     parser.add_argument('--guesses', type=int, default=6, help='trials with a guessed friction')
+    parser.add_argument('--lossy', action='store_true', help='samples are lost and stamped late')
     given = parser.parse_args()
     plan = [('single', effect, k) for effect in CATALOGUE for k in range(given.singles)]
     plan += [('null', '', k) for k in range(given.nulls)]
     plan += [('guess', 'stribeck' if k % 2 else '', k) for k in range(given.guesses)]
     plan += [('outside', effect, k) for effect in OUTSIDE for k in range(given.outside)]
-    rows = kept_trials(plan, partial(trial, given.seed), given.out)
+    rows = kept_trials(plan, partial(trial, given.seed, lossy=given.lossy), given.out)
     print('\n'.join(outcomes(rows)))
     counted = sum(len(row.get('truly_off') or []) for row in rows)
     print(f'\nNominal parameters truly beyond the tolerance, and named so: {counted}.')
