@@ -5,19 +5,25 @@
 from functools import partial
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import HOLE
 
 
-def even_stretches(log: JointLog) -> list[JointLog]:
+def even_stretches(log: JointLog, cutoff: float = np.inf) -> list[JointLog]:
     """
     Return the log's stretches without holes, each interpolated to even samples.
 
     A sample is known if it has all positions, and the effort of each joint that has any. A hole
-    is more than five median intervals between known samples, or a step backwards; shorter gaps
-    are interpolated linearly. Repeated stamps are left out.
+    is more than five median intervals between known samples and more than half a period of
+    ``cutoff``, or a step backwards. Shorter gaps are bridged by straight lines, but position
+    where it is more than five intervals: by a cubic through what is half a period around.
+    Repeated stamps are left out.
+
+    :param cutoff: highest frequency that is asked for [Hz]: samples half a period of it apart
+        tell what is slower (Nyquist).
     """
     time = log.time
     effort = np.isfinite(log.tau)
@@ -33,16 +39,25 @@ def even_stretches(log: JointLog) -> list[JointLog]:
     if not len(forwards):
         return []
     step = float(np.median(forwards))
-    cuts = np.flatnonzero((steps < 0.0) | (steps > HOLE * step)) + 1
+    # Stamps are whole nanoseconds, and the median may be between two.
+    usual = HOLE * step + 2e-9
+    longest = max(usual, 0.5 / cutoff)
+    cuts = np.flatnonzero((steps < 0.0) | (steps > longest)) + 1
     stretches = []
     for run in np.split(rows, cuts):
         count = round(float(time[run[-1]] - time[run[0]]) / step) + 1
         if count < 3:
             continue
-        even = np.linspace(time[run[0]], time[run[-1]], count)
+        own = time[run]
+        even = np.linspace(own[0], own[-1], count)
         t_ns = log.t_ns[0] + np.rint(even * 1e9).astype(np.int64)
-        part = log.rows(run)
-        stretches.append(part.mapped(partial(on_lines, even, time[run]), t_ns=t_ns))
+        part = log.rows(run).mapped(partial(on_lines, even, own), t_ns=t_ns)
+        for k in np.flatnonzero(np.diff(own) > usual):
+            near = slice(*np.searchsorted(own, [own[k] - longest, own[k + 1] + longest]))
+            inside = (even > own[k]) & (even < own[k + 1])
+            for q, joint in zip(part.q.T, log.q[run].T, strict=True):
+                q[inside] = Polynomial.fit(own[near], joint[near], 3)(even[inside])
+        stretches.append(part)
     return stretches
 
 

@@ -15,8 +15,8 @@ from sosml_friction.arrays import BoolArray, FloatArray
 RATES = (9.5, 9_500.0)
 #: A step of fewer periods than this holds no other sample.
 _LONG = 1.5
-#: A step of more median steps than this is a hole: what happened in it is not known. Chosen, no
-#: measurement.
+#: A step of more median steps than this is a hole: what happened in it is not known. Half a period
+#: of the widest band of a diagnosis, a tenth of the rate.
 HOLE = 5.0
 #: Steps to either side in which a stamp that came late is made up for.
 _BESIDE = 2

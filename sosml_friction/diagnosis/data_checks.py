@@ -25,7 +25,10 @@ from sosml_friction.regression.signals import Signals
 #: doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes.
 _SOME, _USELESS = 5e-3, 0.2
 #: What becomes of samples that are lost.
-_HOLES = f'up to {HOLE - 1:g} lost samples in a row are bridged, more part the recording'
+_HOLES = (
+    f'up to {HOLE - 1:g} lost samples in a row are bridged, and as many as half a period of the '
+    'band has; more part the recording'
+)
 #: Velocity that lags by more than this, and than one sampling interval, is named [s].
 _LAG = 1.5e-3
 #: Effort in steps of more than this share of its standard deviation is called coarse, and nothing
@@ -230,10 +233,11 @@ def velocity_lag(log: JointLog, signals: Signals, i: int) -> Check | None:
     over that of v. None where no velocity was recorded. It is no fault of the model: the diagnosis
     takes its velocity from position.
     """
-    stretch = next((s for s in even_stretches(log) if len(s) == len(signals.q)), None)
+    band = signals.band
+    parts = even_stretches(log, band.cutoff)
+    stretch = next((own for own in parts if len(own) == len(signals.q)), None)
     if stretch is None or not np.isfinite(stretch.v[:, i]).all():
         return None
-    band = signals.band
     recorded = band.apply(stretch.v[:, i])
     v, a = band.apply(signals.v[:, i]), band.apply(signals.a[:, i])
     jerk = np.gradient(a, band.output_step)

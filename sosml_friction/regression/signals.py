@@ -59,8 +59,9 @@ _OF_KNEE = 0.25
 #: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
 _BENDS = (-0.2, 0.0, 0.2, 0.4)
 #: Shortest stretch without holes that is used, in periods of the low-pass's cut-off, of which the
-#: low-pass takes two at each end: 7 %. With twelve, two of ten trials of ``python -m
-#: validation.axis_campaign --seed 20261268 --lossy`` had a false name, and with sixty none.
+#: low-pass takes two at each end: 7 %. With twelve, and gaps that parted a recording from five
+#: samples on, two of ten trials of ``python -m validation.axis_campaign --seed 20261268 --lossy``
+#: had a false name.
 _SHORTEST_CYCLES = 60.0
 #: Narrowest band [Hz]. Halved and doubled, no answer of ``python -m validation.sensitivity --seed
 #: 1`` changes.
@@ -395,20 +396,21 @@ def prepare(
     """
     scales = known or find_scales(logs, model, robot)
     begins = np.cumsum([0.0, *(float(log.time[-1]) + 1.0 for log in logs)])
-    cut = [
-        (stretch, float(begin) + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9, number)
-        for number, (log, begin) in enumerate(zip(logs, begins, strict=False))
-        for stretch in even_stretches(log)
-    ]
 
     def lasting(cycles: float, cutoff: float) -> list[tuple[JointLog, float, int]]:
-        return [own for own in cut if len(own[0]) * _step(own[0]) >= cycles / cutoff]
+        """Return stretches without what is a hole in that band, where each begins, and of what."""
+        return [
+            (stretch, float(begin) + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9, number)
+            for number, (log, begin) in enumerate(zip(logs, begins, strict=False))
+            for stretch in even_stretches(log, cutoff)
+            if len(stretch) * _step(stretch) >= cycles / cutoff
+        ]
 
     # What is too short in any band has no say in which.
     widest = settings.band or settings.widest_band
-    heard = lasting(_SHORTEST_CYCLES, widest) if shortest_s is None else cut
+    used = lasting(_SHORTEST_CYCLES if shortest_s is None else 0.0, widest)
     # One for all: what is compared must be filtered alike.
-    cutoff = choose_cutoff([own[0] for own in heard], robot, settings) if heard else widest
+    cutoff = choose_cutoff([own[0] for own in used], robot, settings) if used else widest
     fewest = _SHORTEST_CYCLES if shortest_s is None else max(shortest_s * cutoff, 5.0)
     used = lasting(fewest, cutoff)
     if not used:
