@@ -24,7 +24,7 @@ from sosml_friction.diagnosis.extended_model.effort_error import stages
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
 from sosml_friction.diagnosis.judgement import Judgement
-from sosml_friction.diagnosis.large_delay import check_of, large_delay
+from sosml_friction.diagnosis.large_delay import checks_of, is_large, large_delay
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
@@ -34,6 +34,7 @@ from sosml_friction.diagnosis.trust import check_trust
 from sosml_friction.diagnosis.unstated_friction import unstated_friction
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import DataError
+from sosml_friction.identification.late_effort import undone
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.terms.effort_delay import EffortDelay
@@ -131,17 +132,20 @@ def diagnose(
             sentence=str(error),
         )
     found = _searched(design, model, keep_all, without, step)
-    if found.verdict != 'unknown_structure':
+    unknown = found.verdict == 'unknown_structure'
+    if not unknown and not is_large(found.causes, design):
         return found
     # What leaves something unknown beside it may only look like that.
     late = large_delay(design, recordings, model, step)
-    if late is not None:
-        recordings = recordings.undone(late, check_of(late))
+    if late:
+        recordings = recordings.undone(late, checks_of(late, robot.names))
         library = {name: term for name, term in library.items() if name != EffortDelay.identifier}
-        holdout = holdout and late.undone(holdout)
+        holdout = holdout and undone(late, holdout)
         design = Design.make(recordings, model, robot, holdout, library, settings, step)
         beside = _searched(design, model, keep_all, without, step)
         return found if beside.verdict == 'unknown_structure' else beside
+    if not unknown:
+        return found
     laws = nominal_friction(design.laboratory)
     # The law of one joint was asked for.
     if len({joint for _, joint in laws}) < 2:

@@ -2,24 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effort that is too late, or too early, for a small change of what the model says."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from sosml_friction.diagnosis.data_checks import Check
+from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.design import Design, Step
 from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.identification.body_comparison import BodyComparison
-from sosml_friction.identification.late_effort import LateEffort
+from sosml_friction.identification.late_effort import Late, by_joint
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.effort_delay import EffortDelay
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 
 
-def large_delay(
-    design: Design, recordings: Recordings, model: RobotModelFile, step: Step
-) -> LateEffort | None:
+def large_delay(design: Design, recordings: Recordings, model: RobotModelFile, step: Step) -> Late:
     """
-    Return a delay d by which the fastest sine of the band may turn by more than a radian, or None.
+    Return delays d by which the fastest sine of the band may turn by more than a radian, if any.
 
     The cause ``effort_delay`` is linear in d, tau(t - d) = tau - d dtau/dt. From 2 pi f d = 1 on,
     that says nothing of the fastest f any more: the rest of the model is bent to make up for it,
@@ -28,20 +28,36 @@ def large_delay(
     be as large as the end of its interval.
     """
     if EffortDelay.identifier not in design.library:
-        return None
+        return {}
     late = BodyComparison.of(recordings.logs, model, step=step, only_late=True).late
-    fastest = 2.0 * np.pi * design.signals[0].band.cutoff
-    if late is None or (abs(late.delay_s) + Z_95 * late.std_error) * fastest <= 1.0:
-        return None
-    return late
+    large = [_may_be_large(each.delay_s, each.std_error, design) for each in late.values()]
+    return late if any(large) else {}
 
 
-def check_of(late: LateEffort) -> Check:
-    """Return what is said of it as data."""
-    return Check(
-        EffortDelay.identifier,
-        'warning',
-        ALL_JOINTS,
-        late.finding().sentence,
-        {'delay_s': late.delay_s, 'delay_std_error_s': late.std_error},
-    )
+def is_large(causes: Sequence[Cause], design: Design) -> bool:
+    """Tell whether a delay was named of which the fastest sine may turn by more than a radian."""
+    delays = [c.parameters['delay'] for c in causes if c.effect == EffortDelay.identifier]
+    return any(_may_be_large(p.value, p.std_error, design) for p in delays)
+
+
+def _may_be_large(delay: float, error: float, design: Design) -> bool:
+    most = abs(delay) + Z_95 * error
+    return bool(most * 2.0 * np.pi * design.signals[0].band.cutoff > 1.0)
+
+
+def checks_of(late: Late, names: Sequence[str]) -> list[Check]:
+    """
+    Return what is said of them as data.
+
+    :param names: of all joints.
+    """
+    return [
+        Check(
+            EffortDelay.identifier,
+            'warning',
+            joint,
+            each.sentence(joint),
+            {'delay_s': each.delay_s, 'delay_std_error_s': each.std_error},
+        )
+        for joint, each in by_joint(late, names).items()
+    ]

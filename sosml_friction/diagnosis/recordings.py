@@ -14,7 +14,7 @@ from sosml_friction.diagnosis.data_checks import Check, check_joints, check_log,
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.even_stamps import EVEN, with_even_stamps
 from sosml_friction.identification.glitches import without_glitches
-from sosml_friction.identification.late_effort import LateEffort
+from sosml_friction.identification.late_effort import Late, undone
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
 from sosml_friction.model.robot import Robot
 
@@ -71,7 +71,7 @@ class Recordings:
         ]
         return replace(self, logs=tuple(log for log, _ in means), checks=(*self.checks, *told))
 
-    def undone(self, late: LateEffort, check: Check) -> 'Recordings':
-        """Return them with effort taken sooner by what it is late, which ``check`` says."""
-        logs = tuple(late.undone(log) for log in self.logs)
-        return replace(self, logs=logs, checks=(*self.checks, check))
+    def undone(self, late: Late, checks: Sequence[Check]) -> 'Recordings':
+        """Return them with effort taken sooner by what it is late, which ``checks`` say."""
+        logs = tuple(undone(late, log) for log in self.logs)
+        return replace(self, logs=logs, checks=(*self.checks, *checks))

@@ -21,13 +21,19 @@ from sosml_friction.identification.body_refit import (
     friction_beside,
 )
 from sosml_friction.identification.effort_timing import EffortTiming
-from sosml_friction.identification.late_effort import DELAY, LateEffort, is_beyond
+from sosml_friction.identification.late_effort import (
+    Late,
+    beyond_interval,
+    delays_of,
+    find_late,
+    hold_columns,
+    undone,
+)
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.repeating_effort import COGGING, repeating
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND, Parameter
-from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.settings import DiagnosisSettings
 
@@ -48,10 +54,11 @@ class BodyComparison:
     Hold what a regression finds of a model before its friction law is fitted.
 
     ``refit``: the rigid body that fits, None where the model's does within the usual tolerance.
-    ``timing``: when effort is reported, None where nothing was fitted. ``doubt``: what the bodies
-    may be off by where the model's are kept, None where they are exact, as told, or refitted.
-    ``late``: by how much effort was taken sooner, or later, for all of these, or would be if no
-    hold were stated; None where it acts between its samples.
+    ``timing``: by joint, when effort is reported; none where nothing was fitted. ``doubt``: what
+    the bodies may be off by where the model's are kept, None where they are exact, as told, or
+    refitted.
+    ``late``: by joint, by how much effort was taken sooner, or later, for all of these, or would
+    be if no hold were stated; none where it acts between its samples.
     ``loads``: by joint, the share of its load that is friction, where the data show it.
     ``repeats``: by joint, the cogging that was fitted besides, where it is much of what is left.
     ``friction`` returns what was fitted beside these bodies: by joint its law, and friction by
@@ -59,9 +66,9 @@ class BodyComparison:
     """
 
     refit: BodyRefit | None = None
-    timing: EffortTiming | None = None
+    timing: Mapping[str, EffortTiming] = field(default_factory=dict)
     doubt: BodyDoubt | None = None
-    late: LateEffort | None = None
+    late: Late = field(default_factory=dict)
     loads: Mapping[str, Parameter] = field(default_factory=dict)
     repeats: Mapping[str, FittedTerm] = field(default_factory=dict)
     friction: Callable[[], FrictionBeside] = field(default=lambda: ({}, ()), repr=False)
@@ -111,7 +118,7 @@ class BodyComparison:
             if not tolerance:
                 return cls()
             raise
-        late = None
+        late: Late = {}
         lines = repeating(fit)
         beside = (*FRICTION, *lines)
         if lines:
@@ -122,17 +129,20 @@ class BodyComparison:
             fit = first(logs, terms=beside, rotors=_rotors(fit))
         # Beyond an interval effort is as late as it is, which reads as viscous friction. The
         # column is the slope of a small delay: a large one is found in several rounds.
-        recorded, as_recorded, tried = logs, fit, {0}
-        while is_beyond(fit):
+        recorded, as_recorded = logs, fit
+        tried = [_samples(late)]
+        while beyond := beyond_interval(fit):
             step('measuring how late effort is')
-            delayed = first(logs, terms=(*beside, DELAY), rotors=_rotors(fit))
-            more = LateEffort.of(delayed, logs, late.samples if late else 0)
-            if more is None or more.samples in tried:
+            delayed = first(logs, terms=(*beside, *delays_of(fit.names)), rotors=_rotors(fit))
+            more = find_late(delayed, logs, late, beyond)
+            if _samples(more) in tried:
                 break
             late = more
-            tried.add(late.samples)
-            logs = [late.undone(log) for log in recorded]
+            tried.append(_samples(late))
+            logs = [undone(late, log) for log in recorded]
             fit = first(logs, terms=beside, rotors=_rotors(delayed))
+        if late:
+            late = _measured_again(late, _timing(fit, logs, {}))
         if only_late:
             return cls(late=late)
         if stated:
@@ -191,15 +201,41 @@ def _rotors(fit: TermFit) -> dict[str, float]:
     return {joint: p.value for joint, p in fit.armature.items()}
 
 
-def _timing(fit: TermFit, logs: Sequence[JointLog], late: LateEffort | None) -> EffortTiming:
+def _samples(late: Late) -> dict[str, int]:
+    """Return by joint how many samples sooner its effort is taken."""
+    return {joint: each.samples for joint, each in late.items()}
+
+
+def _measured_again(late: Late, timing: Mapping[str, EffortTiming]) -> Late:
+    """
+    Return delays by what is left when their samples are undone.
+
+    The column of a delay is right for a small one. Where nobody knows how many samples it is, or
+    where in an interval, it is as it was found.
+    """
+    result = {}
+    for joint, each in late.items():
+        its = timing[joint]
+        if each.left.is_told(each.step_s) and its.is_told(each.step_s):
+            delay = each.samples * each.step_s + its.delay_s
+            each = replace(each, delay_s=delay, std_error=its.std_error)
+        result[joint] = each
+    return result
+
+
+def _timing(fit: TermFit, logs: Sequence[JointLog], late: Late) -> dict[str, EffortTiming]:
     """Return when effort is reported, as a regression has it beside all else."""
-    nominal = fit.laboratory.nominal
-    prior = float(nominal.prior[nominal.names.index(EFFORT_HOLD)])
+    nominal, columns = fit.laboratory.nominal, hold_columns(fit)
     step = float(np.median([log.step for log in logs]))
-    if late is not None and not late.left.is_told(step):
-        # Known to whole samples no better than by chance, it is not within the interval for sure.
-        return late.left
-    return EffortTiming.of(fit.refit[EFFORT_HOLD], fit.refit_errors[EFFORT_HOLD], prior, step)
+    names = [nominal.names[k] for k in columns.values()]
+    delays, errors = (
+        np.array([each[name] for name in names]) for each in (fit.refit, fit.refit_errors)
+    )
+    prior = float(nominal.prior[min(columns.values())])
+    timing = dict(zip(columns, EffortTiming.of(delays, errors, prior, step), strict=True))
+    # Known to whole samples no better than by chance, it is not within the interval for sure.
+    left = {joint: each.left for joint, each in late.items()}
+    return timing | {joint: each for joint, each in left.items() if not each.is_told(step)}
 
 
 def _is_shown(fit: TermFit, term: FittedTerm, price: float = 0.0) -> bool:

@@ -4,13 +4,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import truncnorm
 
+from sosml_friction.arrays import FloatArray
+from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
 from sosml_friction.identification.number_text import plus_minus
+from sosml_friction.identification.shared_time import shared_time
 from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS, HOLDS_TOLD
 from sosml_friction.regression.rival import VERY_STRONG
 
@@ -33,20 +38,31 @@ class EffortTiming:
     std_error: float
 
     @classmethod
-    def of(cls, delay: float, error: float, prior: float, step: float) -> EffortTiming:
+    def of(
+        cls, delays: FloatArray, errors: FloatArray, prior: float, step: float
+    ) -> list[EffortTiming]:
         """
-        Return the timing that a regression found, anywhere within an interval alike.
+        Return the timing of each joint that a regression found, one if they do not differ.
 
-        :param delay: what it found beside a Gaussian prior about 0 [s], with this ``error``.
+        :param delays: what it found beside a Gaussian prior about 0 (n,) [s], with ``errors``.
         :param prior: standard deviation of that prior [s].
         :param step: time between samples [s].
         """
-        half = 0.5 * step
         # What the data alone say: precisions add up. Nothing, if they are no surer than the prior.
-        known = 1.0 - (error / prior) ** 2
-        if known <= 0.0:
+        precision = np.maximum(0.0, errors**-2.0 - prior**-2.0)
+        means = np.divide(
+            delays * errors**-2.0, precision, np.zeros_like(delays), where=precision > 0.0
+        )
+        pairs = zip(*shared_time(means, precision), strict=True)
+        return [cls._within(float(mean), float(p), step) for mean, p in pairs]
+
+    @classmethod
+    def _within(cls, mean: float, precision: float, step: float) -> EffortTiming:
+        """Return the timing that data say, anywhere within an interval alike."""
+        half = 0.5 * step
+        if not precision > 0.0:
             return cls(0.0, _ANYWHERE * step)
-        mean, spread = delay / known, error / float(np.sqrt(known))
+        spread = precision**-0.5
         low, high = (-half - mean) / spread, (half - mean) / spread
         told = truncnorm(low, high, mean, spread)
         found, error = float(told.mean()), float(told.std())
@@ -67,11 +83,12 @@ class EffortTiming:
         """Return the nearest of the holds that an observer knows."""
         return min(EFFORT_HOLDS, key=lambda hold: abs(self.delay_s - _delay(hold, step)))
 
-    def sentence(self, step: float) -> str:
-        """Return for a person what was found, without a full stop."""
+    def sentence(self, step: float, joint: str = ALL_JOINTS) -> str:
+        """Return for a person what was found of a joint, without a full stop."""
         found = self._found() if self.is_told(step) else 'the motion does not tell it either'
+        whose = '' if joint == ALL_JOINTS else f' of {joint}'
         return (
-            f'nothing says where between samples effort holds; {found} '
+            f'nothing says where between samples effort{whose} holds; {found} '
             f'(samples are {1e3 * step:.3g} ms apart), which is in the errors; '
             f'--effort-hold states it: {HOLDS_TOLD}'
         )
@@ -81,11 +98,12 @@ class EffortTiming:
         off = self.delay_s - _delay(hold, step)
         return off**2 > VERY_STRONG * self.std_error**2
 
-    def contradiction(self, hold: str, step: float) -> str:
+    def contradiction(self, hold: str, step: float, joint: str = ALL_JOINTS) -> str:
         """Return for a person that the motion contradicts a stated hold, without a full stop."""
         off = abs(self.delay_s - _delay(hold, step)) / self.std_error
+        whose = '' if joint == ALL_JOINTS else f' of {joint}'
         return (
-            f'the hold of effort is stated as {hold}, and {self._found()}, '
+            f'the hold of effort{whose} is stated as {hold}, and {self._found()}, '
             f'{off:.0f} standard errors from that (samples are {1e3 * step:.3g} ms apart): '
             f'without --effort-hold it is measured; it states {HOLDS_TOLD}'
         )
@@ -94,6 +112,33 @@ class EffortTiming:
         early = 'late' if self.delay_s > 0.0 else 'early'
         told = plus_minus(1e3 * abs(self.delay_s), 1e3 * Z_95 * self.std_error, 'ms')
         return f'by the motion it is reported {told} {early}'
+
+
+def timing_findings(timing: Mapping[str, EffortTiming], step: float) -> list[DataFinding]:
+    """Return for a person when effort of the joints acts, once where all are alike."""
+    return [
+        DataFinding(TIMING, joint, NOTE, each.sentence(step, joint))
+        for joint, each in _alike(timing).items()
+    ]
+
+
+def stated_findings(
+    timing: Mapping[str, EffortTiming], hold: str, step: float
+) -> list[DataFinding]:
+    """Return for a person where the motion contradicts a hold that was stated for all joints."""
+    return [
+        DataFinding(STATED, joint, WARNING, each.contradiction(hold, step, joint))
+        for joint, each in _alike(timing).items()
+        if each.contradicts(hold, step)
+    ]
+
+
+def _alike(timing: Mapping[str, EffortTiming]) -> Mapping[str, EffortTiming]:
+    """Return it under ``*`` where all joints are alike."""
+    first = next(iter(timing.values()), None)
+    if first is None or any(each != first for each in timing.values()):
+        return timing
+    return {ALL_JOINTS: first}
 
 
 def _delay(hold: str, step: float) -> float:

@@ -4,25 +4,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.bags.even_stretches import on_lines
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import HOLE
 from sosml_friction.identification.data_finding import WARNING, DataFinding
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.number_text import plus_minus
+from sosml_friction.identification.shared_time import shared_time
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.model.parameter import Z_95
-from sosml_friction.model.terms.effort_delay import LARGEST_S, EffortDelay, effort_slope
+from sosml_friction.model.terms.effort_delay import (
+    LARGEST_S,
+    WITHIN,
+    EffortDelay,
+    JointEffortDelay,
+    effort_slope,
+)
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, Inner
-from sosml_friction.regression.estimate import estimate, with_amplitudes
+from sosml_friction.regression.estimate import Estimate, estimate, with_amplitudes
 from sosml_friction.regression.evidence import AT_BOUND
 from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.rival import VERY_STRONG
@@ -39,7 +45,7 @@ _SLOW = 0.75
 @dataclass(frozen=True)
 class LateEffort:
     """
-    Hold by how much effort is late, with its standard error, and the time of samples [s].
+    Hold by how much effort of a joint is late, with its standard error, and samples are apart [s].
 
     ``samples``: by how many samples effort is taken sooner to undo the delay. Both are negative
     where effort is early, as beside a position that is late: it is then taken later.
@@ -50,57 +56,16 @@ class LateEffort:
     step_s: float
     samples: int
 
-    @classmethod
-    def of(cls, fit: TermFit, logs: Sequence[JointLog], undone: int) -> LateEffort | None:
-        """
-        Return what a fit with a delay found; None unless it shows one very strongly.
-
-        Effort that is early by at most one interval is left as it is. A controller that answers a
-        position in the next cycle makes it as early. Friction that follows no law seems to do so
-        too: of the EMPS record more is left when this is undone.
-
-        Effort that is early by more has to be so in fast motion, too. A loop with damping answers
-        a torque d that the model lacks: with the stiffness K = k + i w b, J a = -S d and
-        S = -J w^2 / (K - J w^2), so that d goes with the slope of J a as -w Im S < 0, as of early
-        effort. What a model lacks is seen in slow motion: ripple of a fast one is beyond the band.
-
-        :param undone: how many samples sooner the effort of ``logs`` was taken already.
-        """
-        (term,) = (term for term in fit.linear if term.term == DELAY)
-        p, step = term.parameters['delay'], float(np.median([log.step for log in logs]))
-        delay = undone * step + p.value
-        sure = abs(delay) <= LARGEST_S and p.value**2 > VERY_STRONG * p.std_error**2
-        if not sure or term.objection or -step <= delay <= 0.0:
-            return None
-        if delay < 0.0 and not undone and not _is_early_at_speed(fit, step):
-            return None
-        # The nearest whole number that is not 0, of the same sign.
-        samples = int(np.copysign(max(1, round(abs(delay / step))), delay))
-        return cls(delay, p.std_error, step, samples)
-
     @property
     def left(self) -> EffortTiming:
         """Return the delay that remains when whole samples of it are undone."""
         return EffortTiming(self.delay_s - self.samples * self.step_s, self.std_error)
 
-    def undone(self, log: JointLog) -> JointLog:
-        """Return the log with effort taken ``samples`` sooner, without samples that have none."""
-        time = log.time
-        later = time + self.samples * self.step_s
-        after = np.searchsorted(time, later)
-        # The last stamp may be off by half a sample.
-        after[(after == len(time)) & (later < time[-1] + 0.5 * self.step_s)] = len(time) - 1
-        kept = np.flatnonzero((after < len(time)) & (later > time[0] - 0.5 * self.step_s))
-        gap = np.append(0.0, np.diff(time))[after[kept]]
-        # Into a hole nothing is interpolated; the first sample behind it may be taken itself.
-        at = time[after[kept]] - later[kept] < 0.5 * self.step_s
-        kept = kept[(gap < HOLE * self.step_s) | at]
-        return replace(log, tau=on_lines(later, time, log.tau)).rows(kept)
-
-    def finding(self, stated: bool = False) -> DataFinding:
+    def sentence(self, joint: str, stated: bool = False) -> str:
         """
-        Return for a person what was found and done.
+        Return for a person what was found and done, without a full stop.
 
+        :param joint: whose effort it is; ``*`` for all.
         :param stated: whether a hold was stated, with which effort is used as it is.
         """
         told = plus_minus(1e3 * abs(self.delay_s), 1e3 * Z_95 * self.std_error, 'ms')
@@ -120,61 +85,177 @@ class LateEffort:
             if stated
             else 'it was'
         )
-        return DataFinding(
-            LATE,
-            ALL_JOINTS,
-            WARNING,
-            f'effort is reported {told} {when} the motion that it makes, and samples are '
+        whose = '' if joint == ALL_JOINTS else f' of {joint}'
+        return (
+            f'effort{whose} is reported {told} {when} the motion that it makes, and samples are '
             f'{1e3 * self.step_s:.3g} ms apart: {done} taken {number} '
-            f'sample{"s" if number > 1 else ""} {taken}; {cause}, mend it there',
+            f'sample{"s" if number > 1 else ""} {taken}; {cause}, mend it there'
         )
 
 
-class _DelayBySpeed(EffortDelay, registered=False):
+#: By joint, those whose effort is late or early.
+Late = Mapping[str, LateEffort]
+
+
+def by_joint(late: Late, names: Sequence[str]) -> Late:
+    """Return it under ``*`` where all joints are late alike."""
+    (first, *others) = late.values()
+    alike = len(late) == len(names) and all(other == first for other in others)
+    return {ALL_JOINTS: first} if alike else late
+
+
+def late_findings(late: Late, names: Sequence[str], stated: bool = False) -> list[DataFinding]:
+    """
+    Return for a person what was found and done.
+
+    :param names: of all joints; ``stated`` as in :meth:`LateEffort.sentence`.
+    """
+    return [
+        DataFinding(LATE, joint, WARNING, each.sentence(joint, stated))
+        for joint, each in by_joint(late, names).items()
+    ]
+
+
+def delays_of(joints: Sequence[str]) -> list[str]:
+    """Return the terms by which efforts of joints are late, each by its own time."""
+    return [f'{DELAY}@{joint}' for joint in joints] if len(joints) > 1 else [DELAY]
+
+
+def undone(late: Late, log: JointLog) -> JointLog:
+    """Return the log with effort taken ``samples`` sooner, without samples that have none."""
+    time, tau = log.time, log.tau.copy()
+    known = np.ones(len(log), dtype=np.bool_)
+    for joint, each in late.items():
+        i = log.names.index(joint)
+        later = time + each.samples * each.step_s
+        after = np.searchsorted(time, later)
+        # The last stamp may be off by half a sample.
+        after[(after == len(time)) & (later < time[-1] + 0.5 * each.step_s)] = len(time) - 1
+        known &= (after < len(time)) & (later > time[0] - 0.5 * each.step_s)
+        after = np.minimum(after, len(time) - 1)
+        gap = np.append(0.0, np.diff(time))[after]
+        # Into a hole nothing is interpolated; the first sample behind it may be taken itself.
+        at = time[after] - later < 0.5 * each.step_s
+        known &= (gap < HOLE * each.step_s) | at
+        tau[:, i] = np.interp(later, time, log.tau[:, i])
+    return replace(log, tau=tau).rows(known)
+
+
+def find_late(fit: TermFit, logs: Sequence[JointLog], before: Late, beyond: Sequence[str]) -> Late:
+    """
+    Return what a fit with delays found; as before unless it shows one very strongly.
+
+    Effort that is early by at most one interval is left as it is. A controller that answers a
+    position in the next cycle makes it as early. Friction that follows no law seems to do so
+    too: of the EMPS record more is left when this is undone.
+
+    Effort that is early by more has to be so in fast motion, too. A loop with damping answers
+    a torque d that the model lacks: with the stiffness K = k + i w b, J a = -S d and
+    S = -J w^2 / (K - J w^2), so that d goes with the slope of J a as -w Im S < 0, as of early
+    effort. What a model lacks is seen in slow motion: ripple of a fast one is beyond the band.
+
+    :param before: by what the effort of ``logs`` was taken sooner already.
+    :param beyond: joints whose effort acts outside of the interval between its samples.
+    """
+    step = float(np.median([log.step for log in logs]))
+    found = {
+        fit.names[0] if term.joint == ALL_JOINTS else term.joint: term.parameters['delay']
+        for term in fit.linear
+        if term.term == DELAY
+    }
+    changes, precision = shared_time(
+        np.array([p.value for p in found.values()]),
+        np.array([p.std_error**-2.0 for p in found.values()]),
+    )
+    alike = len(found) > 1 and bool(np.all(changes == changes[0]))
+    result = dict(before)
+    for joint, change, p in zip(found, changes.tolist(), precision.tolist(), strict=True):
+        delay = change + (before[joint].samples * step if joint in before else 0.0)
+        samples = round(abs(delay / step))
+        # Within an interval it is where in it a sample is taken.
+        beyond_s = max(0.0, abs(change) - WITHIN * step)
+        sure = beyond_s**2 * p > VERY_STRONG
+        sure &= abs(delay) <= LARGEST_S and not -step <= delay <= 0.0
+        if not sure or not (alike or samples or joint in beyond):
+            continue
+        if delay < 0.0 and not before and joint not in _early_at_speed(fit, step):
+            continue
+        # The nearest whole number that is not 0, of the same sign.
+        samples = int(np.copysign(max(1, samples), delay))
+        result[joint] = LateEffort(delay, float(p**-0.5), step, samples)
+    return result
+
+
+class _DelayBySpeed(JointEffortDelay):
     """Add a delay of fast motion, and one of slow motion."""
 
     amplitudes: ClassVar[Mapping[str, str]] = {'delay': 's', 'slow': 's'}
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return -dtau/dt of either."""
-        slope, speed = effort_slope(signals), np.abs(signals.v)
-        order = np.argsort(speed, axis=0)
-        share = np.cumsum(np.take_along_axis(slope**2, order, axis=0), axis=0)
-        at = np.argmax(share >= _SLOW * share[-1], axis=0)
-        fast = speed > np.take_along_axis(speed, np.take_along_axis(order, at[None], 0), 0)
-        return -np.stack((slope * fast, slope * ~fast), axis=2)
+        slope, speed = effort_slope(signals)[:, joint], np.abs(signals.v[:, joint])
+        order = np.argsort(speed)
+        share = np.cumsum(slope[order] ** 2)
+        fast = speed > speed[order[np.argmax(share >= _SLOW * share[-1])]]
+        return signals.in_joint(joint, -slope * fast, -slope * ~fast)
 
 
-def _is_early_at_speed(fit: TermFit, step: float) -> bool:
-    """Tell whether effort is early by more than an interval in fast motion alone."""
+def _early_at_speed(fit: TermFit, step: float) -> list[str]:
+    """Return the joints whose effort is early by more than an interval in fast motion alone."""
     placed = [
         replace(each, term=_DelayBySpeed()).with_inner(fit.laboratory, each.inner)
         if each.term.identifier == DELAY
         else each
         for each in fit.estimate.placed
     ]
-    found = estimate(fit.laboratory, placed)
     parts = with_amplitudes(placed, len(fit.laboratory.nominal.bound))
-    (k,) = (part.start for each, part in parts if each.term.identifier == DELAY)
-    delay, error = float(found.fit.baseline.x[k]), float(found.errors[k])
-    return delay < -step and delay**2 > VERY_STRONG * error**2
+    own = {
+        fit.names[each.joint]: part.start for each, part in parts if each.term.identifier == DELAY
+    }
+    return _strongly(estimate(fit.laboratory, placed), own, lambda joint, delay: delay < -step)
 
 
-def is_beyond(fit: TermFit) -> bool:
+def beyond_interval(fit: TermFit) -> list[str]:
     """
-    Tell whether effort acts outside of the interval between its samples.
+    Return the joints whose effort acts outside of the interval between its samples.
 
-    Either its fitted time is at its bound, or the data alone, without the prior, very strongly
+    Either the fitted time is at its bound, or the data alone, without the prior, very strongly
     show a time beyond it. With the prior, a slow motion or noisy effort would never show it.
     """
     laboratory = fit.laboratory
-    k = laboratory.nominal.names.index(EFFORT_HOLD)
-    delay, bound_s = fit.refit[EFFORT_HOLD], float(laboratory.nominal.bound[k])
-    if abs(delay) > AT_BOUND * bound_s:
-        return True
+    columns = hold_columns(fit)
     bound, prior = laboratory.system.bound.copy(), laboratory.system.prior.copy()
-    bound[k] = prior[k] = np.inf
+    limits = {joint: float(bound[k]) for joint, k in columns.items()}
+    at_bound = {
+        joint: abs(fit.refit[laboratory.nominal.names[k]]) > AT_BOUND * limits[joint]
+        for joint, k in columns.items()
+    }
+    own = list(columns.values())
+    bound[own] = prior[own] = np.inf
     free = replace(laboratory, system=replace(laboratory.system, bound=bound, prior=prior))
-    found = estimate(free, fit.estimate.placed)
-    delay, error = float(found.fit.baseline.x[k]), float(found.errors[k])
-    return abs(delay) > bound_s and delay**2 > VERY_STRONG * error**2
+    shown = _strongly(
+        estimate(free, fit.estimate.placed),
+        columns,
+        lambda joint, delay: abs(delay) > limits[joint],
+    )
+    return [joint for joint in columns if at_bound[joint] or joint in shown]
+
+
+def _strongly(
+    found: Estimate, columns: Mapping[str, int], such: Callable[[str, float], bool]
+) -> list[str]:
+    """Return the joints whose delay is such a one, and very strongly one at all."""
+    k = list(columns.values())
+    delays, precision = shared_time(found.fit.baseline.x[k], found.errors[k] ** -2.0)
+    return [
+        joint
+        for joint, delay, p in zip(columns, delays.tolist(), precision.tolist(), strict=True)
+        if such(joint, delay) and delay**2 * p > VERY_STRONG
+    ]
+
+
+def hold_columns(fit: TermFit) -> dict[str, int]:
+    """Return by joint the nominal column of when within an interval its effort acts."""
+    names = fit.laboratory.nominal.names
+    own = {joint: f'{joint} {EFFORT_HOLD}' for joint in fit.names}
+    return {joint: names.index(name) for joint, name in own.items() if name in names}

@@ -17,7 +17,7 @@ from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.body_refit import LOAD, BodyRefit
 from sosml_friction.identification.data_checks import DataChecks, check_data
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, WARNING, DataFinding
-from sosml_friction.identification.effort_timing import STATED, TIMING
+from sosml_friction.identification.effort_timing import stated_findings, timing_findings
 from sosml_friction.identification.fits_without_observer import with_output_error, with_weak_form
 from sosml_friction.identification.fitted_model import (
     effects_in_law,
@@ -34,6 +34,7 @@ from sosml_friction.identification.friction_fit import (
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
 from sosml_friction.identification.joint_checks import BY_JOINT, TOO_LATE
+from sosml_friction.identification.late_effort import late_findings, undone
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.number_text import joint_text, plus_minus
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
@@ -143,25 +144,28 @@ def analyse_log(
         progress('comparing the rigid body with the motion')
         stated = bool(effort_hold)
         compared = BodyComparison.of([log], nominal, settings.body_tolerance, progress, stated)
-    if compared.late is not None:
-        log = log if effort_hold else compared.late.undone(log)
+    if compared.late:
+        log = log if effort_hold else undone(compared.late, log)
         # All joints together tell it better than each by itself.
         others = [found for found in checks.findings if found.check != BY_JOINT]
         # Of effort that is later than they look for they find a part.
         too_late = any(f.check == TOO_LATE for f in others)
-        told = [] if too_late else [compared.late.finding(bool(effort_hold))]
+        told = [] if too_late else late_findings(compared.late, robot.names, bool(effort_hold))
         checks = replace(checks, findings=(*others, *told))
-    body, timing, measured = compared.refit, compared.timing if silent else None, compared.timing
+    body, measured = compared.refit, compared.timing
+    timing = measured if silent else {}
     # One time is compared with one hold: not where joints have several, nor with means of samples.
-    one = not silent and compared.late is None and len({*holds}) == together == 1
-    if one and measured and measured.contradicts(holds[0], log.step):
-        text = measured.contradiction(holds[0], log.step)
-        checks = checks.told(DataFinding(STATED, ALL_JOINTS, WARNING, text))
-    if timing is not None:
-        if timing.is_told(log.step):
-            holds = (timing.hold(log.step),) * len(holds)
-        if compared.late is None:
-            checks = checks.told(DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step)))
+    if not silent and not compared.late and len({*holds}) == together == 1:
+        checks = checks.told(*stated_findings(measured, holds[0], log.step))
+    if timing:
+        holds = tuple(
+            timing[joint].hold(log.step)
+            if joint in timing and timing[joint].is_told(log.step)
+            else hold
+            for joint, hold in zip(robot.names, holds, strict=True)
+        )
+        if not compared.late:
+            checks = checks.told(*timing_findings(timing, log.step))
     checks = checks.told(*map(repeats_finding, compared.repeats.values()))
     if body is not None:
         nominal = body.model

@@ -234,13 +234,12 @@ def parse_terms(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[
             kind = TERMS[each]
             where = [joint] if joint else [ALL_JOINTS] if kind.of_robot else list(joints)
             for one in where:
-                if (one == ALL_JOINTS) and not kind.of_robot and kind.everywhere is None:
-                    raise ConfigurationError(
-                        f'term {each!r} acts in one joint: write {each}@JOINT, or {each} for all'
-                    )
-                if one != ALL_JOINTS and kind.of_robot:
+                if kind.acting_in(one) is None:
                     raise ConfigurationError(
                         f'term {each!r} acts in all joints together: write {each} alone'
+                        if kind.of_robot
+                        else f'term {each!r} acts in one joint: write {each}@JOINT, or {each} for '
+                        'all'
                     )
                 found.setdefault(one, [])
                 if each not in found[one]:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -108,7 +108,7 @@ class WeakForm:
     :param effort_hold: where in an interval effort holds, as for
         :class:`~sosml_friction.observers.momentum_sampler.MomentumSampler`.
     :param maximum_gap_s: a longer step between samples is a hole.
-    :param timing: when effort acts, instead of ``effort_hold``.
+    :param timing: when effort of each joint acts, by name, instead of ``effort_hold``.
     :param doubt: what the bodies are off by, and how surely.
     """
 
@@ -119,7 +119,7 @@ class WeakForm:
         effort_hold: Sequence[str] | str = 'start',
         settings: FitSettings | None = None,
         maximum_gap_s: float = 0.05,
-        timing: EffortTiming | None = None,
+        timing: Mapping[str, EffortTiming] | None = None,
         doubt: BodyDoubt | None = None,
     ) -> None:
         self.settings = settings or FitSettings()
@@ -141,11 +141,12 @@ class WeakForm:
         self._q_noise = [self._position_noise(log, i, x) for i, x in enumerate(v.T)]
         self._v_noise = [float(gain) * noise for noise in self._q_noise]
         self._sampler = MomentumSampler(robot, effort_hold, 'message', maximum_gap_s)
-        #: One standard error of the later sample's share.
-        self._unsure = 0.0
-        if timing is not None:
-            self._sampler.later_weight[:] = timing.later(self._step)
-            self._unsure = timing.std_error / self._step
+        #: One standard error of the later sample's share, (n,).
+        self._unsure = np.zeros(robot.n)
+        for joint, its in (timing or {}).items():
+            i = robot.names.index(joint)
+            self._sampler.later_weight[i] = its.later(self._step)
+            self._unsure[i] = its.std_error / self._step
         self._support = max(_SUPPORT_S, _FEWEST_SAMPLES * self._step)
         # Variance of the velocity given the recording, (N, n); NaN: it has a noise of its own.
         self._variance = np.full_like(log.q, np.nan)

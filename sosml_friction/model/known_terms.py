@@ -13,7 +13,6 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import (
-    ALL_JOINTS,
     DATA_CAUSES,
     ROBOT,
     TERMS,
@@ -98,12 +97,11 @@ def read_term(entry: EffectTerm, model: RobotModelFile) -> list[KnownTerm]:
             f'{where} is unknown: remove it, or use one of {", ".join(TERMS)}'
         )
     kind = TERMS[entry.effect]
-    everywhere = entry.joint == ALL_JOINTS and kind.everywhere is not None
-    term = kind.everywhere() if everywhere and kind.everywhere else kind()
-    if term.of_robot != (entry.joint == ALL_JOINTS):
-        wanted = '*, all joints' if term.of_robot else 'one joint'
+    term = kind.acting_in(entry.joint)
+    if term is None:
+        wanted = '*, all joints' if kind.of_robot else 'one joint'
         raise ConfigurationError(f'{where} is in joint {entry.joint}: it acts in {wanted}')
-    joint = ROBOT if everywhere else 0
+    joint = ROBOT if kind.counterpart else 0
     if not term.of_robot:
         joint = model.joint_names.index(entry.joint)
     result = []

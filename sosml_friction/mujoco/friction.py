@@ -58,7 +58,7 @@ class Friction:
     :raises ConfigurationError: if there is no model, or one of its joints is not in the MjModel
         or was compiled without frictionloss.
 
-    ``delay``: of the reported effort [s]. ``left_out``: sentence parts on terms that are no
+    ``delay``: of the reported effort (n,) [s]. ``left_out``: sentence parts on terms that are no
     friction and no load: a gear that gives, an error of the encoder.
     """
 
@@ -75,7 +75,7 @@ class Friction:
         self._rotor = model.dof_armature[self._dof].copy()
         self.left_out: list[str] = []
         self._reports: list[SimulatedReport] = []
-        self.delay = 0.0
+        self.delay = np.zeros(len(ids))
         self._parts = self._grouped(model)
         self._damp(model)
         n = len(ids)
@@ -110,7 +110,7 @@ class Friction:
             if isinstance(term, MeasurementTerm):
                 self._reports.append(cast(SimulatedReport, known.simulated(cast(Any, None))))
             elif term.identifier == 'effort_delay':
-                self.delay += float(known.amplitude[0])
+                self.delay[slice(None) if known.joint < 0 else known.joint] += known.amplitude[0]
             elif not isinstance(term, EffortTerm):
                 self.left_out.append(f'{term.identifier} of {where}')
             elif _is_native(model, term.identifier, where):
@@ -222,11 +222,14 @@ class Friction:
 
         To be called at every sample: what is reported late is what was given before.
         """
-        torque = self.reports(torque)
-        self._queue.append((time, torque))
-        while len(self._queue) > 1 and self._queue[1][0] <= time - self.delay + 1e-12:
+        self._queue.append((time, self.reports(torque)))
+        seen = time - self.delay + 1e-12
+        while len(self._queue) > 1 and self._queue[1][0] <= seen.min():
             self._queue.popleft()
-        return self._queue[0][1]
+        (_, result), *later = self._queue
+        for at, reported in later:
+            result = np.where(at <= seen, reported, result)
+        return result
 
 
 def ripple_actuators(model: Any) -> list[int]:

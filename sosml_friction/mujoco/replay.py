@@ -75,9 +75,8 @@ class Replay:
         if self.friction is None:
             return result
         reported, delay = self.friction.reports(result), self.friction.delay
-        if delay == 0.0:
-            return reported
-        return np.column_stack([np.interp(time - delay, time, x) for x in reported.T])
+        columns = zip(delay, reported.T, strict=True)
+        return np.column_stack([np.interp(time - late, time, x) for late, x in columns])
 
     def motion(
         self, q: FloatArray, v: FloatArray, time: FloatArray, reported: FloatArray

@@ -38,12 +38,14 @@ def make_candidates(
     result = []
     n = signals.robot.n
     for effect in library.values():
-        for i in (0,) if effect.of_robot else (i for i in range(n) if i not in silent):
-            if effect.applies(signals, i) and (grid := effect.grid(signals, i)):
-                result.append(Candidate(effect, i, tuple(grid)))
-        if effect.everywhere is not None and n > 1:
-            alike = effect.everywhere()
-            result.append(Candidate(alike, ROBOT, tuple(alike.grid(signals, ROBOT))))
+        kinds = [effect]
+        if effect.counterpart is not None and n > 1:
+            kinds.append(effect.counterpart())
+        whole = 0 if effect.counterpart is None else ROBOT
+        for kind in kinds:
+            for i in (whole,) if kind.of_robot else (i for i in range(n) if i not in silent):
+                if kind.applies(signals, i) and (grid := kind.grid(signals, i)):
+                    result.append(Candidate(kind, i, tuple(grid)))
     for known in (each.known for each in signals.stated):
         # Who does not look for a cause of the catalogue does not want it named.
         left_out = known.term.searched and known.term.identifier not in library

@@ -32,7 +32,7 @@ LATE = 'late'
 #: enough to show, and the column is nearly in proportion to it. Halved and doubled, no answer of
 #: ``python -m validation.sensitivity --seed 1`` changes.
 SOFTER, _WIDER = 'softer', 1.5
-#: The name of how late effort is reported, within a sampling interval.
+#: The name of how late effort of a joint is reported, within a sampling interval.
 EFFORT_HOLD = 'effort hold'
 #: Direction of a first moment that is normally off, as a share of the tolerance of its size.
 _ASKEW = 0.3
@@ -90,7 +90,10 @@ class Nominal:
             own = slice(k, k + len(known.names))
             result[:, :, own] = known.term.columns(signals, known.joint, known.inner)
             k = own.stop
-        result[:, :, k] = -effort_slope(signals)
+        slope = effort_slope(signals)
+        for i in told:
+            result[:, i, k] = -slope[:, i]
+            k += 1
         for column in np.moveaxis(result, 2, 0):
             others = np.setdiff1d(np.arange(n), joints_acted_in(column[:, :, None]))
             column[:, others] = 0.0
@@ -199,8 +202,9 @@ def make_nominal(
     for each in stated:
         names += each.known.names
         bound += (tolerance * each.size).tolist()
-    names.append(EFFORT_HOLD)
-    bound.append(_HOLD * signals.band.step)
+    for _, joint in told:
+        names.append(f'{joint} {EFFORT_HOLD}')
+        bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
     priors = bounds / SIGMAS
     return Nominal(tuple(names), bounds, priors, rigid, rigid_columns, silent, stated, recordings)

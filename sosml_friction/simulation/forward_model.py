@@ -31,7 +31,7 @@ class ForwardModel:
     :param robot: bodies and rotors before the terms change them.
     :param displacement: over which friction turns around at a reversal (n,) [rad or m], positive:
         Dahl's state in the place of the sign, so that the arm sticks.
-    :param delay: of the reported effort in addition to the terms' [s].
+    :param delay: of the reported effort in addition to the terms' (n,) [s].
     :raises ConfigurationError: if a displacement is not positive, two gears are in one joint, or
         no inertia is left.
     """
@@ -42,7 +42,7 @@ class ForwardModel:
         friction: JointFriction,
         displacement: FloatArray,
         terms: Sequence[SimulatedTerm] = (),
-        delay: float = 0.0,
+        delay: FloatArray | float = 0.0,
     ) -> None:
         self.friction = friction
         self.terms = tuple(terms)
@@ -63,7 +63,9 @@ class ForwardModel:
         # Rotors are added where the gear is stiff.
         self.robot = robot.changed(body.inertias, np.zeros(robot.n), body.gravity)
         self.n = robot.n
-        self.delay = delay + sum(term.delay for term in self.terms)
+        self.delay = np.zeros(robot.n) + delay
+        for term in self.terms:
+            self.delay += term.delay
         gears: dict[int, Gear] = {}
         for gear in filter(None, (term.gear() for term in self.terms)):
             if gear.joint in gears:

@@ -7,10 +7,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from known_robots import SLIDER_STEP, slider_model, slider_recording
+from known_robots import SLIDER_STEP, recording, slider_model, slider_recording
 
 from sosml_friction.diagnosis.diagnosis import diagnose
-from sosml_friction.diagnosis.large_delay import large_delay
+from sosml_friction.diagnosis.large_delay import checks_of, large_delay
+from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.late_effort import LateEffort
 
@@ -56,9 +57,31 @@ def test_where_no_delay_is_to_be_looked_for_none_is_told(model):
 @pytest.mark.parametrize(('delay', 'error', 'large'), [(4e-3, 0.5e-3, False), (4e-3, 1e-3, True)])
 def test_a_delay_is_large_where_it_may_be(monkeypatch, delay, error, large):
     """A radian of 30 Hz is 5.3 ms."""
-    late = LateEffort(delay, error, 2e-3, 2)
+    late = {'j': LateEffort(delay, error, 2e-3, 2)}
     found = SimpleNamespace(late=late)
     monkeypatch.setattr(BodyComparison, 'of', lambda *_, **__: found)
     band = SimpleNamespace(cutoff=30.0)
     design = SimpleNamespace(library=('effort_delay',), signals=(SimpleNamespace(band=band),))
-    assert large_delay(design, SimpleNamespace(logs=()), None, print) is (late if large else None)
+    assert large_delay(design, SimpleNamespace(logs=()), None, print) == (late if large else {})
+
+
+def test_a_delay_is_told_by_joint_unless_all_have_it():
+    late, other = LateEffort(8e-3, 1e-3, 2e-3, 4), LateEffort(4e-3, 1e-3, 2e-3, 2)
+    names = ('shoulder', 'elbow')
+    (of_all,) = checks_of({'shoulder': late, 'elbow': late}, names)
+    assert of_all.joint == '*'
+    assert of_all.sentence.startswith('effort is reported 8.0 ')
+    assert [c.joint for c in checks_of({'shoulder': late, 'elbow': other}, names)] == [*names]
+    (of_one,) = checks_of({'elbow': other}, names)
+    assert (of_one.joint, of_one.severity) == ('elbow', 'warning')
+    assert of_one.sentence.startswith('effort of elbow is reported 4.0 ')
+    assert of_one.values == {'delay_s': 4e-3, 'delay_std_error_s': 1e-3}
+
+
+def test_effort_of_one_joint_is_taken_sooner_in_that_joint_alone():
+    t = 2e-3 * np.arange(50)
+    log = recording(('shoulder', 'elbow'), t, np.zeros((50, 2)), np.column_stack([t, t]))
+    late = {'elbow': LateEffort(4e-3, 1e-3, 2e-3, 2)}
+    (found,) = Recordings((log,), ()).undone(late, ()).logs
+    assert found.time == pytest.approx(t[:-2])
+    assert found.tau == pytest.approx(np.column_stack([t[:-2], t[2:]]))

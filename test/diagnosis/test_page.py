@@ -40,7 +40,7 @@ def test_the_table_names_exactly_the_registry_and_the_faults_of_data():
 @pytest.mark.parametrize('name', sorted(searched_terms()))
 def test_twins_are_those_of_the_effect(name):
     told = re.findall(r'`(\w+)`( \(I\))?', TABLE[name][4])
-    kinds = [TERMS[name], *filter(None, [TERMS[name].everywhere])]
+    kinds = [TERMS[name], *filter(None, [TERMS[name].counterpart])]
     inseparable = {twin for kind in kinds for twin in kind.inseparable}
     assert {twin for twin, _ in told} == {*TERMS[name].aliases} | inseparable
     assert {twin for twin, mark in told if mark} == inseparable

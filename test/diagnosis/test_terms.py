@@ -18,7 +18,7 @@ from sosml_friction.model.known_terms import known_terms, model_friction
 from sosml_friction.model.model_folder import EffectTerm, read_model
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.fitted import Fitted
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, ROBOT, TERMS
 from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import nominal_friction, prepare
@@ -137,7 +137,8 @@ def test_a_model_folder_holds_the_effect_and_the_signals_have_it(signals, name, 
         assert values == pytest.approx([*amplitude, *inner.values()])
         return
     (found,) = known_terms(model)
-    assert (found.term.identifier, found.joint, found.inner) == (name, 0, inner)
+    joint = ROBOT if effect.of_robot and effect.counterpart else 0
+    assert (found.term.identifier, found.joint, found.inner) == (name, joint, inner)
     assert found.amplitude == pytest.approx(amplitude)
     (extended,) = with_known([signals], model)
     wanted = effect.columns(signals, 0, inner) @ amplitude
@@ -158,7 +159,7 @@ def test_harmonics_are_terms_of_their_own():
     [
         ('stiction', 'elbow', {}, 'unknown'),
         ('spring', '*', {'stiffness': 1.0, 'offset': 0.0}, 'one joint'),
-        ('effort_delay', 'elbow', {'delay': 1e-3}, 'all joints'),
+        ('gravity_tilt', 'elbow', {'gravity_x': 1e-3}, 'all joints'),
         ('spring', 'elbow', {'stiffness': 1.0}, 'has no offset'),
         ('coulomb', 'elbow', {'change': float('nan')}, 'no value of change'),
         ('coulomb', 'elbow', {'change': 0.1, 'size': 1.0}, 'unknown parameter size'),

@@ -10,6 +10,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from known_robots import arm_model
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
@@ -226,6 +227,18 @@ def test_a_reported_effort_is_scaled_and_late():
     np.testing.assert_allclose(said, 1.1 * np.array([0.0, 0.0, 0.0, 1.0, 2.0, 3.0]))
     np.testing.assert_allclose(friction.torques(np.array([1.1])), [1.0])
     assert friction.left_out == ['backlash of joint']
+
+
+def test_each_joint_reports_as_late_as_it_is():
+    delays = {'shoulder': 4e-3, 'elbow': -2e-3, '*': 2e-3}
+    effects = tuple(
+        EffectTerm('effort_delay', joint, {'delay': Parameter(delay, 's')})
+        for joint, delay in delays.items()
+    )
+    arm = replace(arm_model(), effects=effects)
+    friction = Friction(compiled(MjcfTarget().text(arm)), arm)
+    said = np.array([friction.reported(2e-3 * k, np.full(2, float(k))) for k in range(6)])
+    np.testing.assert_array_equal(said.T, [[0, 0, 0, 0, 1, 2], [0, 1, 2, 3, 4, 5]])
 
 
 def test_what_the_module_needs_is_asked_for():

@@ -17,7 +17,7 @@ from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.data_finding import NOTE, WARNING
 from sosml_friction.identification.effort_timing import STATED, TIMING, EffortTiming
 from sosml_friction.identification.friction_fit import FitSettings
-from sosml_friction.identification.late_effort import LateEffort
+from sosml_friction.identification.late_effort import LateEffort, undone
 from sosml_friction.identification.log_analysis import analyse_log
 from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.simple_models import free_model, pendulum_model
@@ -57,7 +57,7 @@ MODEL = pendulum_model(MASS, LENGTH, 0.0, ARMATURE, 'joint')
 @pytest.mark.parametrize('late', [0.0, 0.008])
 def test_the_delay_of_a_fast_motion_is_right_at_a_low_rate(late):
     """At 50 Hz: it came out twice as large, and without any 0.2 ms early by the reversals."""
-    timing = BodyComparison.of([swing(late, 0.02, FAST)], MODEL).timing
+    timing = BodyComparison.of([swing(late, 0.02, FAST)], MODEL).timing['joint']
     assert timing.delay_s == pytest.approx(late, abs=1.5e-4)
     assert timing.std_error < 2e-4
 
@@ -180,14 +180,14 @@ def test_what_is_left_of_a_late_effort_is_no_surer_than_by_how_much_it_is_late()
 def test_effort_of_later_samples_takes_nothing_from_beyond_a_hole():
     t = np.delete(STEP * np.arange(100), slice(40, 60))
     log = recording(('joint',), t, np.sin(t), t)
-    undone = LateEffort(2.0 * STEP, 1e-4, STEP, 2).undone(log)
+    sooner = undone({'joint': LateEffort(2.0 * STEP, 1e-4, STEP, 2)}, log)
     # The last two samples before the hole, and of all, have no effort two samples later.
-    assert undone.time == pytest.approx(np.delete(t, [38, 39, 78, 79]))
-    assert undone.tau[:, 0] == pytest.approx(undone.time + 2.0 * STEP)
+    assert sooner.time == pytest.approx(np.delete(t, [38, 39, 78, 79]))
+    assert sooner.tau[:, 0] == pytest.approx(sooner.time + 2.0 * STEP)
     # The first two samples behind the hole, and of all, have no effort two samples sooner.
-    undone = LateEffort(-2.0 * STEP, 1e-4, STEP, -2).undone(log)
-    assert 1e-9 * undone.t_ns == pytest.approx(np.delete(t, [0, 1, 40, 41]))
-    assert undone.tau[:, 0] == pytest.approx(1e-9 * undone.t_ns - 2.0 * STEP)
+    later = undone({'joint': LateEffort(-2.0 * STEP, 1e-4, STEP, -2)}, log)
+    assert 1e-9 * later.t_ns == pytest.approx(np.delete(t, [0, 1, 40, 41]))
+    assert later.tau[:, 0] == pytest.approx(1e-9 * later.t_ns - 2.0 * STEP)
 
 
 def test_what_is_stated_is_not_measured_and_may_be_wrong():
@@ -213,32 +213,39 @@ def test_a_stated_hold_that_the_motion_contradicts_is_told(late, hold, told):
 def test_an_unsure_timing_makes_an_unsure_friction():
     log, robot = swing(0.0), MODEL.make_robot()
     sure, unsure = (
-        WeakForm(log, robot, timing=EffortTiming(0.0, error)).fit(0).fit.parameters['viscous']
+        WeakForm(log, robot, timing={'joint': EffortTiming(0.0, error)})
+        .fit(0)
+        .fit.parameters['viscous']
         for error in (0.0, 0.3 * STEP)
     )
     assert unsure.value == pytest.approx(sure.value)
     assert unsure.std_error > 5.0 * sure.std_error
 
 
+def timing_of(delay, error, prior, step):
+    (found,) = EffortTiming.of(np.array([delay]), np.array([error]), prior, step)
+    return found
+
+
 def test_a_regression_surer_than_its_prior_tells_the_timing_and_another_one_nothing():
     step, prior = 0.01, 0.0018
-    told = EffortTiming.of(0.002, 0.0002, prior, step)
+    told = timing_of(0.002, 0.0002, prior, step)
     # Without the pull of the prior, which weighs (error / prior)^2.
     assert told.delay_s == pytest.approx(0.002 / (1.0 - (0.0002 / prior) ** 2), rel=1e-3)
     assert told.hold(step) == 'mean'
-    nothing = EffortTiming.of(-0.004, 0.005, prior, step)
+    nothing = timing_of(-0.004, 0.005, prior, step)
     assert (nothing.delay_s, nothing.std_error) == (0.0, pytest.approx(step / np.sqrt(12.0)))
     # It was told as 0.0 ms, with an error.
     assert 'the motion does not tell it either' in nothing.sentence(step)
-    assert '2.03 ± 0.39 ms late' in told.sentence(step)
-    end = EffortTiming.of(0.0055, 0.0001, prior, step)
+    assert '± 0.39 ms late' in told.sentence(step)
+    end = timing_of(0.0055, 0.0001, prior, step)
     assert end.later(step) == pytest.approx(1.0, abs=0.02)
     assert (end.hold(step), end.std_error < 0.001) == ('end', True)
 
 
 def test_an_effort_that_is_late_may_be_a_position_that_is_early():
     """A set-point that was logged for the position comes before the motion."""
-    told = LateEffort(7.1e-3, 1e-4, 2e-3, 4).finding().sentence
+    told = LateEffort(7.1e-3, 1e-4, 2e-3, 4).sentence('*')
     assert 'after the motion' in told
     assert 'or the position is early, as a set-point is that was logged for it' in told
 

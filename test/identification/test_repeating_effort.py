@@ -50,7 +50,7 @@ def test_cogging_is_no_inertia_and_no_delay():
     found = compared(0.08)
     (rotor,) = found.refit.armature.values()
     assert rotor.interval[0] <= ROTOR <= rotor.interval[1] < 6.0 * ROTOR
-    assert found.late is None
+    assert not found.late
     said = repeats_finding(found.repeats['j']).sentence
     assert 'joint j repeats every 0.45 rad of position, 0.080' in said
     assert '--terms coulomb,viscous,cogging@j' in said

@@ -138,7 +138,7 @@ def test_a_term_that_is_not_there_is_flagged_and_covers_nothing(loaded):
     [
         (['lugre'], "'lugre' is unknown: use .*coulomb.*, or a list: m1"),
         (['coulomb@knee'], 'unknown joint'),
-        (['effort_delay@elbow'], 'all joints together'),
+        (['payload@elbow'], 'all joints together'),
         (['spring@*'], 'acts in one joint'),
         ([], 'no term is named'),
     ],
@@ -154,6 +154,7 @@ def test_terms_are_of_all_joints_unless_one_is_named():
     assert found == {
         'shoulder': ('coulomb',), 'elbow': ('coulomb', 'cogging'), '*': ('effort_delay',),
     }  # fmt: skip
+    assert parse_terms(['effort_delay@elbow'], JOINTS) == {'elbow': ('effort_delay',)}
 
 
 @pytest.fixture(scope='module')

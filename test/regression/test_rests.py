@@ -362,13 +362,14 @@ def test_a_model_without_friction_lacks_a_stribeck_term_in_both_joints(recorded)
 
 def test_a_hole_in_the_recording_changes_no_name(recorded):
     """
-    Seven samples lost at once cut it, after 12 s.
+    What is longer than half a period of the band cuts it, after 12 s.
 
     As long as each piece was asked for a long stop of its own, and short pieces of noise made an
     unstable filter, a coupling of the joints was named beside.
     """
     first = int(np.searchsorted(recorded.time, 12.0))
-    holed = recorded.rows(np.delete(np.arange(len(recorded)), np.arange(first, first + 7)))
+    lost = np.arange(first, first + round(0.05 / recorded.step))
+    holed = recorded.rows(np.delete(np.arange(len(recorded)), lost))
     found, causes = diagnosed(holed, 'exoskeleton')
     lab = found.laboratory
     assert len(lab.signals) == 2

@@ -40,7 +40,7 @@ def test_reports_and_encoders_are_undone_in_the_reverse_order(seven_joints):
     heavier = Body.unchanged(7)
     heavier.rotors += 0.5
     terms = [
-        TERMS['effort_scale'].everywhere().simulated(robot, ROBOT, {}, np.array([0.1])),
+        TERMS['effort_scale'].counterpart().simulated(robot, ROBOT, {}, np.array([0.1])),
         *(TERMS['effort_bias']().simulated(robot, i, {}, np.array([0.3])) for i in range(7)),
         TERMS['effort_delay']().simulated(robot, 0, {}, np.array([3e-3])),
         TERMS['encoder_eccentricity']().simulated(robot, 1, {}, np.array([0.01, 0.0])),

@@ -140,7 +140,7 @@ class ForwardGain:
         friction: dict[str, FloatArray] = {}
         body = Body.unchanged(robot.n)
         off = self._off(findings, x)
-        delay = 0.0
+        delay = np.zeros(robot.n)
         terms: list[SimulatedTerm] = []
         for known in self._known:
             amplitude = known.amplitude + [off.pop(key, 0.0) for key in known.names]
@@ -165,8 +165,8 @@ class ForwardGain:
                     terms.append(
                         reversal_term(robot, i, turn, float(value), float(displacement[i]))
                     )
-            elif name == EFFORT_HOLD:
-                delay += float(value)
+            elif i >= 0 and what == EFFORT_HOLD:
+                delay[i] += float(value)
             elif name not in stated:
                 raise ValueError(f'the simulation does not know the parameter {name!r}')
 

@@ -5,6 +5,8 @@
 from collections.abc import Mapping
 from typing import ClassVar
 
+import numpy as np
+
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.robot import Robot
@@ -51,13 +53,32 @@ class EffortDelay(Term):
     ) -> SimulatedTerm:
         """Return a report that is late."""
         late = SimulatedTerm()
-        late.delay = float(amplitude[0])
+        late.delay = np.full(robot.n, amplitude[0])
         return late
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if abs(self.change(fit)[0]) < WITHIN * fit.signals.band.step:
-            return 'a delay within a sampling interval is where in it a sample is taken'
         if abs(fit.amplitude[0]) > LARGEST_S:
             return f'a delay of over {1e3 * LARGEST_S:.0f} ms would be seen'
         return ''
+
+
+class JointEffortDelay(EffortDelay):
+    """Add -d dtau/dt in one joint: its drive filters or reports in another way than the others."""
+
+    of_robot: ClassVar[bool] = False
+
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return -dtau/dt of the joint."""
+        return signals.in_joint(joint, -effort_slope(signals)[:, joint])
+
+    def simulated(
+        self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
+    ) -> SimulatedTerm:
+        """Return a report of one joint that is late."""
+        late = SimulatedTerm()
+        late.delay = np.where(np.arange(robot.n) == joint, amplitude[0], 0.0)
+        return late
+
+
+EffortDelay.counterpart = JointEffortDelay

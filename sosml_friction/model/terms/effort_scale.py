@@ -56,4 +56,4 @@ class CommonEffortScale(EffortScale):
     inseparable: ClassVar[tuple[str, ...]] = ('gravity', 'inertia')
 
 
-EffortScale.everywhere = CommonEffortScale
+EffortScale.counterpart = CommonEffortScale

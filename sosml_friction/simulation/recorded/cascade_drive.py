@@ -59,8 +59,6 @@ class CascadeDrive(LoopDrive):
     def reported(self) -> FloatArray:
         """Return the efforts that were reported, (N, n), late where the model says so."""
         asked = np.array(self.commands)
-        late = max(0.0, self._model.delay) / self._period
-        if late == 0.0:
-            return asked
         samples = np.arange(len(asked), dtype=np.float64)
-        return np.column_stack([np.interp(samples - late, samples, x) for x in asked.T])
+        columns = zip(np.maximum(0.0, self._model.delay) / self._period, asked.T, strict=True)
+        return np.column_stack([np.interp(samples - late, samples, x) for late, x in columns])

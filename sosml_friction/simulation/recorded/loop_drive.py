@@ -21,9 +21,11 @@ class LoopDrive(Drive):
 
     def __init__(self, model: ForwardModel, period: float) -> None:
         self._model, self._period = model, period
-        self._late = max(0.0, -model.delay) / period
+        # Joints that are late alike are one group: how late, which, and the command that acts.
+        late = np.maximum(0.0, -model.delay) / period
+        self._groups = [(each, np.flatnonzero(late == each)) for each in np.unique(late)]
+        self._now = [0] * len(self._groups)
         self._k = 0
-        self._now = 0
         #: Efforts that were commanded up to now, (n,) each, and from which time on [samples].
         self.commands: list[FloatArray] = []
         self.times: list[float] = []
@@ -42,12 +44,14 @@ class LoopDrive(Drive):
 
     def torque(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
         """Return the mean torque (1, n) twice: each command acts from its own time on."""
-        at, last = self._k + begin - self._late, self._k + end - self._late
-        length = last - at
-        total = np.zeros_like(self._torques[0])
-        while self._now + 1 < len(self.times) and self.times[self._now + 1] < last:
-            change = max(at, self.times[self._now + 1])
-            total += (change - at) * self._torques[self._now]
-            at, self._now = change, self._now + 1
-        mean = ((total + (last - at) * self._torques[self._now]) / length)[None]
+        mean = np.zeros_like(self._torques[0])
+        for group, (late, joints) in enumerate(self._groups):
+            at, last, now = self._k + begin - late, self._k + end - late, self._now[group]
+            while now + 1 < len(self.times) and self.times[now + 1] < last:
+                change = max(at, self.times[now + 1])
+                mean[joints] += (change - at) * self._torques[now][joints]
+                at, now = change, now + 1
+            mean[joints] += (last - at) * self._torques[now][joints]
+            self._now[group] = now
+        mean = mean[None] / (end - begin)
         return mean, mean

@@ -115,7 +115,7 @@ class PdDrive(LoopDrive):
     def reported(self) -> FloatArray:
         """Return what was reported at each simulated cycle, (C - first, n)."""
         cycles = self._at[self.first : self._next]
-        late = max(0.0, self._model.delay) / self._period
+        late = np.maximum(0.0, self._model.delay) / self._period
         # Strictly before: a cycle's own command flows after its report.
-        before = np.searchsorted(self.times, cycles - late, side='left') - 1
-        return np.array(self.commands)[np.maximum(before, 0)]
+        before = np.searchsorted(self.times, cycles[:, None] - late, side='left') - 1
+        return np.take_along_axis(np.array(self.commands), np.maximum(before, 0), axis=0)

@@ -68,8 +68,10 @@ def recorded_torque(model: ForwardModel, stretch: Stretch) -> FloatArray:
     """Return the torque (N, n) behind the effort of a recording, its delay undone."""
     tau, step = stretch.tau, stretch.band.step
     samples = np.arange(len(tau), dtype=np.float64)
-    shifted = samples + model.delay / step
-    return model.torque(np.column_stack([np.interp(shifted, samples, x) for x in tau.T]))
+    columns = zip(model.delay / step, tau.T, strict=True)
+    return model.torque(
+        np.column_stack([np.interp(samples + late, samples, x) for late, x in columns])
+    )
 
 
 def largest_effort(stretch: Stretch) -> FloatArray:

@@ -19,7 +19,7 @@ from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.motion import Motion
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, TERMS
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, ROBOT, TERMS
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
 from sosml_friction.share import share_directory
@@ -44,7 +44,9 @@ def signals():
 
 
 def joint_of(term):
-    return 0 if term.of_robot else 1
+    if not term.of_robot:
+        return 1
+    return ROBOT if term.counterpart else 0
 
 
 @pytest.mark.parametrize('name', NAMES)

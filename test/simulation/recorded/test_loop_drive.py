@@ -31,7 +31,7 @@ class Steps(LoopDrive):
 def drive(request, make_serial_arm):
     robot = Robot(make_serial_arm(['revolute'] * 2), ['j1', 'j2'], [0.1, 0.1])
     friction = JointFriction([None, None])
-    model = ForwardModel(robot, friction, np.ones(2), delay=request.param * PERIOD)
+    model = ForwardModel(robot, friction, np.ones(2), delay=np.array(request.param) * PERIOD)
     result = Steps(model, PERIOD)
     result.begin(0, np.zeros((1, 2)))
     return result
@@ -55,3 +55,9 @@ def test_where_effort_is_reported_early_its_torque_is_late(drive):
     assert means(drive, [0.0, 0.5, 1.0]) == pytest.approx([1.0, 2.0])
     drive.begin(1, np.zeros((1, 2)))
     assert means(drive, [0.0, 1.0]) == pytest.approx([3.0])
+
+
+@pytest.mark.parametrize('drive', [(-0.5, 0.0)], indirect=True)
+def test_each_joint_is_late_by_its_own_time(drive):
+    assert drive.torque(0.0, 0.5)[0][0] == pytest.approx([1.0, 2.0])
+    assert drive.torque(0.5, 1.0)[0][0] == pytest.approx([2.0, 3.0])

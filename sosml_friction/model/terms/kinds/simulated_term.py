@@ -62,8 +62,8 @@ class SimulatedTerm(ABC):  # noqa: B024 - a kind of term overrides what it has, 
     other, shift the report in time, or bend the measured position.
     """
 
-    #: How long after the torque it is reported [s].
-    delay: float = 0.0
+    #: How long after the torque it is reported [s], of each joint (n,) or alike.
+    delay: FloatArray | float = 0.0
 
     def change_body(self, body: Body) -> None:
         """Change inertias, rotors or gravity, in place."""

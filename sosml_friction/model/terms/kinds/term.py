@@ -42,8 +42,9 @@ class Term(ABC):
     linear in, and the others, each with its unit, in which {effort}, {length} and {inertia} stand
     for those of the joint. ``refined``: inner parameters that are continuous, and fitted.
 
-    Where it acts: ``of_robot``: one for the robot, not one per joint; ``everywhere``: the class
-    that has the same identifier in all joints at once.
+    Where it acts: ``of_robot``: one for the robot, not one per joint; ``counterpart``: the class
+    of the same identifier that is so where this one is not, or is not where this one is. A robot
+    of one joint has no use for it.
 
     What a diagnosis needs to know: ``searched``: whether it is looked for unless asked not to;
     ``parameter_error``: it is a nominal parameter that is wrong, not a term that is missing;
@@ -76,7 +77,7 @@ class Term(ABC):
     inner: ClassVar[Mapping[str, str]] = {}
     refined: ClassVar[tuple[str, ...]] = ()
     of_robot: ClassVar[bool] = False
-    everywhere: ClassVar[type[Term] | None] = None
+    counterpart: ClassVar[type[Term] | None] = None
     searched: ClassVar[bool] = True
     parameter_error: ClassVar[bool] = False
     reported_as: ClassVar[Mapping[str, str]] = {}
@@ -105,6 +106,12 @@ class Term(ABC):
         super().__init_subclass__(**kwargs)
         if registered:
             TERMS.add(cls)
+
+    @classmethod
+    def acting_in(cls, joint: str) -> Term | None:
+        """Return the term, or its counterpart, that acts in a joint, ``*`` for all; else None."""
+        kinds = [kind for kind in (cls, cls.counterpart) if kind is not None]
+        return next((kind() for kind in kinds if kind.of_robot == (joint == ALL_JOINTS)), None)
 
     @property
     def key(self) -> str:

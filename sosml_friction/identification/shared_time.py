@@ -1,0 +1,28 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""One time for all joints, unless one of them has another."""
+
+import numpy as np
+
+from sosml_friction.arrays import FloatArray
+from sosml_friction.regression.rival import VERY_STRONG
+
+
+def shared_time(times: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """
+    Return the mean of times (n,) for each joint and its precision (n,), or them as they are.
+
+    All joints together tell it better than each by itself. Drives of several kinds have times of
+    their own: then one of them very strongly differs from the mean of the others, by
+    (t - m)^2 > c (1 / p + 1 / p_m).
+
+    :param precision: 1 / variance (n,); 0: not known.
+    """
+    total, weighted = precision.sum(), precision * times
+    others, mean = total - precision, weighted.sum() - weighted
+    known = (precision > 0.0) & (others > 0.0)
+    p, rest = precision[known], others[known]
+    apart = (times[known] - mean[known] / rest) ** 2 > VERY_STRONG * (1.0 / p + 1.0 / rest)
+    if apart.any() or not total > 0.0:
+        return times, precision
+    return np.full_like(times, weighted.sum() / total), np.full_like(times, total)
