@@ -6,10 +6,10 @@ What curves and ripples explain of recordings without an effect, on three plants
     python -m validation.leftovers --seed 1
 
 The plants are those of ``axis_campaign``, ``campaign`` and ``mujoco_campaign``. Of each joint: the
-energy of its largest curve, of its largest further curve (of two quantities, or of time back and
-forth) and of its largest ripple as a share of that of noise, the share of
-what is left that all of its curves explain together, and the energy of friction by the next
-joint's position or speed over its floor (:mod:`sosml_friction.diagnosis.decision.remainder`); the
+energy of its largest curve and of its largest further curve (of two quantities, or of time back
+and forth) as a share of that of noise, the share of what is left that all of its curves explain
+together, and the energy of its largest ripple and of friction by the next joint's position or
+speed over their floors (:mod:`sosml_friction.diagnosis.decision.remainder`); the
 largest mean of what is left, in usual ones (:mod:`sosml_friction.regression.contacts`).
 """
 
@@ -99,11 +99,13 @@ def largest(found: Diagnosis) -> tuple[float, ...]:
     further = [x for x in curves if x.axis.endswith((AT_ONCE, BACK_AND_FORTH))]
     curves = [x for x in curves if x not in further]
     ripples = [x for x in left.found if x.period]
-    curve, second, ripple = (
-        max((x.energy / rows[x.joint] for x in some), default=0.0)
-        for some in (curves, further, ripples)
+    curve, second = (
+        max((x.energy / rows[x.joint] for x in some), default=0.0) for some in (curves, further)
     )
-    beside = max((x.energy / x.floor for x in curves if x.axis in _BY_THE_NEXT), default=0.0)
+    beside = [x for x in curves if x.axis in _BY_THE_NEXT]
+    ripple, beside = (
+        max((x.energy / x.floor for x in some), default=0.0) for some in (ripples, beside)
+    )
     mean = float(found.laboratory.contacts.largest.max())
     return curve, second, ripple, float(left.explained.max()), beside, mean
 

@@ -72,8 +72,12 @@ _TABLE_OPTIONS: dict[str, Any] = {
             'The robot is a pendulum: mass, length to its centre, inertia about that.',
         ),
     ],
-    'axis': Annotated[float | None, option('KG', 'The robot is this mass on a level slide.')],
-    'free': Annotated[float | None, option('KG_M2', 'The robot is a shaft of this inertia.')],
+    'axis': Annotated[
+        float | None, option('KG', 'The robot is this mass on a level slide, with the motor.')
+    ],
+    'free': Annotated[
+        float | None, option('KG_M2', 'The robot is a shaft of this inertia, with the rotor.')
+    ],
 }
 _ROBOTS = ('pendulum', 'axis', 'free')
 _SERIES = ('position', 'velocity', 'effort', 'current', 'time')

@@ -173,8 +173,7 @@ def find_late(fit: TermFit, logs: Sequence[JointLog], before: Late, beyond: Sequ
         delay = change + (before[joint].samples * step if joint in before else 0.0)
         samples = round(abs(delay / step))
         # Within an interval it is where in it a sample is taken.
-        beyond_s = max(0.0, abs(change) - WITHIN * step)
-        sure = beyond_s**2 * p > VERY_STRONG
+        sure = WITHIN * step < abs(change) and change**2 * p > VERY_STRONG
         sure &= abs(delay) <= LARGEST_S and not -step <= delay <= 0.0
         if not sure or not (alike or samples or joint in beyond):
             continue

@@ -73,7 +73,11 @@ def axis_model(mass: float, joint: str = 'joint') -> RobotModelFile:
     urdf = _one_joint('axis', joint, ('prismatic', _SLIDE_AXIS), mass, '0 0 0', 0.0)
     rotor = Parameter(0.0, 'kg', reason='it is in the mass that was stated')
     return _simple(
-        'axis', joint, urdf, rotor, ['the axis is level: gravity does no work along it']
+        'axis',
+        joint,
+        urdf,
+        rotor,
+        ['the axis is level: gravity does no work along it', "the motor's inertia is in the mass"],
     )
 
 
@@ -88,7 +92,8 @@ def free_model(inertia: float, joint: str = 'joint') -> RobotModelFile:
     # A body needs a mass; on the axis, and with gravity along it, nothing feels which.
     urdf = _one_joint('shaft', joint, ('continuous', _SHAFT_AXIS), 1.0, '0 0 0', inertia)
     rotor = Parameter(0.0, 'kg m2', reason='it is in the inertia that was stated')
-    return _simple('shaft', joint, urdf, rotor, ['gravity does not turn the shaft'])
+    assumed = ['gravity does not turn the shaft', "the rotor's inertia, at the joint, is in it"]
+    return _simple('shaft', joint, urdf, rotor, assumed)
 
 
 def skeleton_model(

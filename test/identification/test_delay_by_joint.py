@@ -84,3 +84,13 @@ def test_the_joint_whose_effort_is_late_is_named(model, samples, named):
     for cause in found.causes:
         delay = cause.parameters['delay']
         assert abs(delay.value - named[cause.joint] * STEP) < 2.0 * delay.std_error
+
+
+def test_a_large_delay_of_one_joint_is_undone_in_that_joint(model):
+    """By its column alone it was 17.4 ms: 2 pi f d is 2.2 of the fastest sine of the band."""
+    found = diagnose([late_by(model, (0.0, 4.0))], model, settings=DiagnosisSettings())
+    assert [cause.key for cause in found.causes] == [('effort_delay', 'elbow')], found.sentence
+    assert [check.joint for check in found.checks if check.kind == 'effort_delay'] == ['elbow']
+    delay = found.causes[0].parameters['delay']
+    assert abs(delay.value - 4.0 * STEP) < 2.0 * delay.std_error
+    assert delay.std_error < 0.1 * STEP

@@ -225,7 +225,9 @@ def _ripples(
         count = sum(len(x.left) for x in stretches)
         # The price of three parameters, one of them the best of many, and clear evidence.
         price = 3.0 * float(np.log(count)) + 2.0 * float(np.log(ripple.tried))
-        floor = max(RIPPLE * count, price + VERY_STRONG)
+        # Of the rows, as many say something of it as a band up to it at top speed would have.
+        hertz = ripple.frequency * float(first.scales.speed[i]) / (2.0 * np.pi)
+        floor = max(RIPPLE * count * min(1.0, hertz / first.band.cutoff), price + VERY_STRONG)
         share = ripple.energy / max(float(named[i]) + ripple.energy, 1e-300)
         period = 2.0 * np.pi / ripple.frequency
         found.append(

@@ -36,6 +36,15 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     return 'named' if causes else 'nothing_above_floor'
 
 
+def without_line(cause: Cause) -> bool:
+    """Tell whether what repeats with position may do so any number of times: it is no line."""
+    kind = TERMS.classes.get(cause.effect)
+    p = cause.parameters.get('frequency')
+    if kind is None or not kind.repeats or p is None or p.interval is None:
+        return False
+    return not math.isfinite(p.interval[1])
+
+
 def not_shown(cause: Cause) -> bool:
     """
     Tell whether a term may as well be nothing, as far as its intervals say.
@@ -48,6 +57,8 @@ def not_shown(cause: Cause) -> bool:
     beyond its end. That one of several rivals is there may be sure where each of them is not.
     """
     kind = TERMS.classes.get(cause.effect)
+    if kind is not None and without_line(cause):
+        return True
     if kind is None or not cause.size_known or cause.rivals:
         return False
     sizes = {kind.reported_as.get(name, name) for name in kind.amplitudes}

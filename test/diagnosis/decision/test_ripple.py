@@ -4,12 +4,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
+from known_robots import SLIDER_MASS, coulomb_viscous, recording, sines, slider_model, smooth_sign
 
+from sosml_friction.diagnosis.decision.remainder import RIPPLE
 from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.model.simple_models import free_model
 
 #: Periods per metre, as an angle [rad/m].
 FREQUENCY = 2.0 * np.pi * 130.0
@@ -72,3 +76,26 @@ def test_without_a_ripple_none_is_told():
     found = diagnose([log], model)
     assert found.verdict == 'nothing_above_floor'
     assert not any(x['period'] and x['unknown'] for x in found.structure['axes'])
+
+
+@pytest.mark.parametrize(
+    ('share', 'verdict'), [(0.0, 'nothing_above_floor'), (0.08, 'unknown_structure')]
+)
+def test_a_wide_band_hides_no_slow_ripple(share, verdict):
+    """
+    Of a turntable at 1 kHz, whose band is 60 Hz: a ripple of 12 in a turn passes at 5 and slower.
+
+    It had 134 of a floor of 216, which grew with the rows of the band.
+    """
+    t = np.arange(0.0, 40.0, 1e-3)
+    q, v, a = sines(t, ((4.0, 0.5), (0.4, 2.3, 1.0)))
+    tau = (0.05 * a + 3.0 * smooth_sign(q, v) + 1.5 * v) * (1.0 + share * np.sin(12.0 * q))
+    tau += np.random.default_rng(5).normal(0.0, 0.15, len(t))
+    model = free_model(0.05, 'table')
+    joint = replace(model.joints['table'], friction=coulomb_viscous(3.0, 1.5))
+    found = diagnose([recording(('table',), t, q, tau)], replace(model, joints={'table': joint}))
+    assert found.verdict == verdict, found.sentence
+    for ripple in (x for x in found.selection.remainder.found if x.period and share):
+        assert ripple.period == pytest.approx(2.0 * np.pi / 12.0, rel=0.05)
+        # Of the rows of the band, a fifteenth: less than clear evidence asks for.
+        assert ripple.floor < 0.3 * RIPPLE * len(found.laboratory.y)
