@@ -55,11 +55,13 @@ def terms_document() -> str:
 
 def _row(name: str, kind: type[Term]) -> tuple[str, ...]:
     where = 'all joints' if kind.of_robot else 'a joint'
+    if kind.counterpart is not None:
+        where = 'a joint, or all (`*`)'
     return (
         f'`{name}`',
         (inspect.getdoc(kind) or '').splitlines()[0].replace('``', '`'),
         _parameters(kind),
-        f'{where}, or all (`*`)' if kind.everywhere else where,
+        where,
         f'`{_kind(kind)}`',
         kind.axis,
         'yes' if kind.searched else '',

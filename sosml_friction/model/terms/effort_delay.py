@@ -33,7 +33,7 @@ def effort_slope(signals: Recording) -> FloatArray:
 
 
 class EffortDelay(Term):
-    """Add -d dtau/dt: effort comes a ``delay`` d [s] after position, in all joints."""
+    """Add -d dtau/dt: effort comes a ``delay`` d [s] after position."""
 
     identifier: ClassVar[str] = 'effort_delay'
     amplitudes: ClassVar[Mapping[str, str]] = {'delay': 's'}
