@@ -13,7 +13,7 @@ from scipy.stats import truncnorm
 from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
 from sosml_friction.identification.number_text import plus_minus
-from sosml_friction.identification.shared_time import shared_time
+from sosml_friction.identification.shared_time import precision_of, shared_time
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS, HOLDS_TOLD
@@ -49,10 +49,9 @@ class EffortTiming:
         :param step: time between samples [s].
         """
         # What the data alone say: precisions add up. Nothing, if they are no surer than the prior.
-        precision = np.maximum(0.0, errors**-2.0 - prior**-2.0)
-        means = np.divide(
-            delays * errors**-2.0, precision, np.zeros_like(delays), where=precision > 0.0
-        )
+        whole = precision_of(errors)
+        precision = np.maximum(0.0, whole - prior**-2.0)
+        means = np.divide(delays * whole, precision, np.zeros_like(delays), where=precision > 0.0)
         pairs = zip(*shared_time(means, precision), strict=True)
         return [cls._within(float(mean), float(p), step) for mean, p in pairs]
 

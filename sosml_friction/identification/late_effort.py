@@ -16,7 +16,7 @@ from sosml_friction.bags.sampling import HOLE
 from sosml_friction.identification.data_finding import WARNING, DataFinding
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.number_text import plus_minus
-from sosml_friction.identification.shared_time import shared_time
+from sosml_friction.identification.shared_time import precision_of, shared_time
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.effort_delay import (
@@ -165,7 +165,7 @@ def find_late(fit: TermFit, logs: Sequence[JointLog], before: Late, beyond: Sequ
     }
     changes, precision = shared_time(
         np.array([p.value for p in found.values()]),
-        np.array([p.std_error**-2.0 for p in found.values()]),
+        precision_of(np.array([p.std_error for p in found.values()])),
     )
     alike = len(found) > 1 and bool(np.all(changes == changes[0]))
     result = dict(before)
@@ -245,7 +245,7 @@ def _strongly(
 ) -> list[str]:
     """Return the joints whose delay is such a one, and very strongly one at all."""
     k = list(columns.values())
-    delays, precision = shared_time(found.fit.baseline.x[k], found.errors[k] ** -2.0)
+    delays, precision = shared_time(found.fit.baseline.x[k], precision_of(found.errors[k]))
     return [
         joint
         for joint, delay, p in zip(columns, delays.tolist(), precision.tolist(), strict=True)

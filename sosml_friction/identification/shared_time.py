@@ -26,3 +26,9 @@ def shared_time(times: FloatArray, precision: FloatArray) -> tuple[FloatArray, F
     if apart.any() or not total > 0.0:
         return times, precision
     return np.full_like(times, weighted.sum() / total), np.full_like(times, total)
+
+
+def precision_of(errors: FloatArray) -> FloatArray:
+    """Return one over the variance of standard errors (n,), 0 where one is not known."""
+    known = np.isfinite(errors) & (errors > 0.0)
+    return np.power(errors, -2.0, where=known, out=np.zeros_like(errors))

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sosml_friction.identification.shared_time import shared_time
+from sosml_friction.identification.shared_time import precision_of, shared_time
 from sosml_friction.regression.rival import VERY_STRONG
 
 
@@ -38,3 +38,8 @@ def test_a_joint_whose_time_is_not_known_has_that_of_the_others():
 def test_one_joint_keeps_its_time_and_nothing_known_stays_so():
     assert shared_time(np.array([3e-3]), np.array([1e6])) == (3e-3, 1e6)
     assert shared_time(np.zeros(2), np.zeros(2))[1].tolist() == [0.0, 0.0]
+
+
+def test_an_error_that_is_not_known_has_no_precision():
+    errors = np.array([2.0, 0.0, np.nan, np.inf])
+    assert precision_of(errors).tolist() == [0.25, 0.0, 0.0, 0.0]

@@ -24,8 +24,8 @@ AT_ONCE = ' at once'
 #: Energy of a curve, as a share of that of noise, that deviations within the tolerance, reversals
 #: and rounding make where there is no cause: three times the largest of 42 recordings of three
 #: plants, 0.0034, which is 0.0030 since position is smoothed by a low-pass that is flat
-#: (``python -m validation.leftovers --seed 424242``). Further curves have 0.0044 of 84 (and seed
-#: 20261262): the floor is 2.3 times that.
+#: (``python -m validation.leftovers --seed 424242``). Further curves have 0.0054 of 126 (and seeds
+#: 20261262 and 20261272): the floor is 1.8 times that.
 LEAST = 0.01
 #: If curves explain more than this share of what they and the causes explain together, the causes
 #: are the smaller part. By definition.
