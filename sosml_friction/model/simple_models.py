@@ -141,6 +141,12 @@ def skeleton_model(
 
 def _missing(joint: UrdfJoint, is_unweighed: bool) -> dict[str, str]:
     found = {'friction': 'sosml fit finds it from a recording'}
+    if joint.dynamics:
+        said = ', '.join(f'{key} {value}' for key, value in joint.dynamics.items())
+        found['friction'] += (
+            f'; <dynamics> of the URDF, {said}, is what a simulator takes for it: to have it put to '
+            'the test, state it in model.yaml, as coulomb and viscous of the joint'
+        )
     if is_unweighed:
         found['inertial'] = (
             f'link {joint.child} has no mass in the URDF: right only if it is next to nothing'

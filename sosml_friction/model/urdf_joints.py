@@ -5,8 +5,8 @@
 import math
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -53,13 +53,19 @@ class Mimic:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """Hold one joint of a URDF as it is stated; ``mimic`` is None where it moves by itself."""
+    """
+    Hold one joint of a URDF as it is stated; ``mimic`` is None where it moves by itself.
+
+    ``dynamics``: the attributes of that element that are not 0, as they are written: a
+    simulator's friction.
+    """
 
     name: str
     kind: str
     child: str
     limits: JointLimits
     mimic: Mimic | None
+    dynamics: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def is_single(self) -> bool:
@@ -239,7 +245,17 @@ def _joint(element: ElementTree.Element, name: str) -> UrdfJoint:
             _number(entry.get('multiplier', '1'), f'the multiplier of the mimic joint {name}'),
             _number(entry.get('offset', '0'), f'the offset of the mimic joint {name}'),
         )
-    return UrdfJoint(name, kind, '' if child is None else child.get('link', ''), limits, mimic)
+    link = '' if child is None else child.get('link', '')
+    entry = element.find('dynamics')
+    dynamics = {} if entry is None else {k: x for k, x in entry.items() if not _is_zero(x)}
+    return UrdfJoint(name, kind, link, limits, mimic, dynamics)
+
+
+def _is_zero(text: str) -> bool:
+    try:
+        return float(text) == 0.0
+    except ValueError:
+        return False
 
 
 def _limit(text: str, what: str) -> float:

@@ -95,3 +95,16 @@ def test_a_skeleton_has_every_joint_and_says_what_is_missing(make_serial_arm):
     assert set(missing['j1']) == {'friction'}
     assert set(missing['j2']) == {'friction', 'effort limit'}
     assert skeleton_model(urdf, ['j3', 'nobody']).joint_names == ('j3',)
+
+
+def test_a_simulators_friction_in_a_urdf_is_told_and_not_taken(make_serial_arm):
+    head, *joints = make_serial_arm(['revolute', 'revolute']).split('</joint>')
+    said = '<dynamics damping="0.5" friction="0.0"/>', '<dynamics damping="0"/>'
+    urdf = head
+    for dynamics, rest in zip(said, joints, strict=True):
+        urdf += f'{dynamics}</joint>{rest}'
+    model = skeleton_model(urdf)
+    assert all(joint.friction is None for joint in model.joints.values())
+    missing = model.provenance['not_known']
+    assert '<dynamics> of the URDF, damping 0.5, is what' in missing['j1']['friction']
+    assert '<dynamics>' not in missing['j2']['friction']
