@@ -144,8 +144,8 @@ def _missing(joint: UrdfJoint, is_unweighed: bool) -> dict[str, str]:
     if joint.dynamics:
         said = ', '.join(f'{key} {value}' for key, value in joint.dynamics.items())
         found['friction'] += (
-            f'; <dynamics> of the URDF, {said}, is what a simulator takes for it: to have it put to '
-            'the test, state it in model.yaml, as coulomb and viscous of the joint'
+            f'; <dynamics> of the URDF, {said}, is what a simulator takes for it: to have it put '
+            'to the test, state it in model.yaml, as coulomb and viscous of the joint'
         )
     if is_unweighed:
         found['inertial'] = (
