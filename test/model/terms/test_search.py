@@ -198,7 +198,7 @@ def test_a_stribeck_velocity_is_between_a_two_hundredth_and_four_tenths_of_the_t
 
 def test_friction_that_warms_up_takes_a_minute_and_is_sought_where_it_shows():
     term = TERMS['thermal_drift']()
-    assert [term.applies(recording(whole=s), 0) for s in (199.0, 201.0)] == [False, True]
+    assert [term.applies(recording(whole=s), 0) for s in (199.5, 200.5)] == [False, True]
     assert values('thermal_drift', 'time_constant', whole=300.0) == pytest.approx([120, 240, 480])
     # No gear warms up within a minute.
     assert values('thermal_drift', 'time_constant', whole=100.0).tolist() == [60, 80, 160]
