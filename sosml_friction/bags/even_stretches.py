@@ -54,9 +54,10 @@ def even_stretches(log: JointLog, cutoff: float = np.inf) -> list[JointLog]:
         part = log.rows(run).mapped(partial(on_lines, even, own), t_ns=t_ns)
         for k in np.flatnonzero(np.diff(own) > usual):
             near = slice(*np.searchsorted(own, [own[k] - longest, own[k + 1] + longest]))
+            degree = min(3, near.stop - near.start - 1)
             inside = (even > own[k]) & (even < own[k + 1])
             for q, joint in zip(part.q.T, log.q[run].T, strict=True):
-                q[inside] = Polynomial.fit(own[near], joint[near], 3)(even[inside])
+                q[inside] = Polynomial.fit(own[near], joint[near], degree)(even[inside])
         stretches.append(part)
     return stretches
 

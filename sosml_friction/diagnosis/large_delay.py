@@ -11,7 +11,8 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.design import Design, Step
 from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.identification.body_comparison import BodyComparison
-from sosml_friction.identification.late_effort import Late, by_joint
+from sosml_friction.identification.late_effort import Late
+from sosml_friction.identification.shared_time import told_once
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.effort_delay import EffortDelay
@@ -59,5 +60,5 @@ def checks_of(late: Late, names: Sequence[str]) -> list[Check]:
             each.sentence(joint),
             {'delay_s': each.delay_s, 'delay_std_error_s': each.std_error},
         )
-        for joint, each in by_joint(late, names).items()
+        for joint, each in told_once(late, names).items()
     ]

@@ -17,7 +17,7 @@ from sosml_friction.diagnosis.decision.leftover import (
     Leftover,
 )
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.decision.verdict import not_shown, without_line
+from sosml_friction.diagnosis.decision.verdict import not_shown
 from sosml_friction.diagnosis.extended_model.carry_over import NOT_RECURRING
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
@@ -163,14 +163,9 @@ def sentence_of(
 def _not_shown(causes: Sequence[Cause]) -> str:
     """Return which terms may be nothing, a sentence each with a blank after it."""
     return ''.join(
-        f'{_where(cause)}: {words(cause.effect)} may be nothing: '
-        + (
-            'what is left beside it leaves its frequency open. '
-            if without_line(cause)
-            else f'of {cause.tried} candidates one has such a size by chance. '
-        )
+        f'{_where(cause)}: {words(cause.effect)} may be nothing: {why}. '
         for cause in causes
-        if not_shown(cause)
+        if (why := not_shown(cause))
     )
 
 

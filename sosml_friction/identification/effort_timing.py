@@ -12,8 +12,8 @@ from scipy.stats import truncnorm
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
-from sosml_friction.identification.number_text import plus_minus
-from sosml_friction.identification.shared_time import precision_of, shared_time
+from sosml_friction.identification.number_text import of_joint, plus_minus
+from sosml_friction.identification.shared_time import precision_of, shared_time, told_once
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS, HOLDS_TOLD
@@ -85,9 +85,8 @@ class EffortTiming:
     def sentence(self, step: float, joint: str = ALL_JOINTS) -> str:
         """Return for a person what was found of a joint, without a full stop."""
         found = self._found() if self.is_told(step) else 'the motion does not tell it either'
-        whose = '' if joint == ALL_JOINTS else f' of {joint}'
         return (
-            f'nothing says where between samples effort{whose} holds; {found} '
+            f'nothing says where between samples effort{of_joint(joint)} holds; {found} '
             f'(samples are {1e3 * step:.3g} ms apart), which is in the errors; '
             f'--effort-hold states it: {HOLDS_TOLD}'
         )
@@ -100,9 +99,8 @@ class EffortTiming:
     def contradiction(self, hold: str, step: float, joint: str = ALL_JOINTS) -> str:
         """Return for a person that the motion contradicts a stated hold, without a full stop."""
         off = abs(self.delay_s - _delay(hold, step)) / self.std_error
-        whose = '' if joint == ALL_JOINTS else f' of {joint}'
         return (
-            f'the hold of effort{whose} is stated as {hold}, and {self._found()}, '
+            f'the hold of effort{of_joint(joint)} is stated as {hold}, and {self._found()}, '
             f'{off:.0f} standard errors from that (samples are {1e3 * step:.3g} ms apart): '
             f'without --effort-hold it is measured; it states {HOLDS_TOLD}'
         )
@@ -117,7 +115,7 @@ def timing_findings(timing: Mapping[str, EffortTiming], step: float) -> list[Dat
     """Return for a person when effort of the joints acts, once where all are alike."""
     return [
         DataFinding(TIMING, joint, NOTE, each.sentence(step, joint))
-        for joint, each in _alike(timing).items()
+        for joint, each in told_once(timing, list(timing)).items()
     ]
 
 
@@ -127,17 +125,9 @@ def stated_findings(
     """Return for a person where the motion contradicts a hold that was stated for all joints."""
     return [
         DataFinding(STATED, joint, WARNING, each.contradiction(hold, step, joint))
-        for joint, each in _alike(timing).items()
+        for joint, each in told_once(timing, list(timing)).items()
         if each.contradicts(hold, step)
     ]
-
-
-def _alike(timing: Mapping[str, EffortTiming]) -> Mapping[str, EffortTiming]:
-    """Return it under ``*`` where all joints are alike."""
-    first = next(iter(timing.values()), None)
-    if first is None or any(each != first for each in timing.values()):
-        return timing
-    return {ALL_JOINTS: first}
 
 
 def _delay(hold: str, step: float) -> float:

@@ -15,13 +15,12 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import HOLE
 from sosml_friction.identification.data_finding import WARNING, DataFinding
 from sosml_friction.identification.effort_timing import EffortTiming
-from sosml_friction.identification.number_text import plus_minus
-from sosml_friction.identification.shared_time import precision_of, shared_time
+from sosml_friction.identification.number_text import of_joint, plus_minus
+from sosml_friction.identification.shared_time import precision_of, shared_time, told_once
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.effort_delay import (
     LARGEST_S,
-    WITHIN,
     EffortDelay,
     JointEffortDelay,
     effort_slope,
@@ -40,6 +39,11 @@ DELAY = EffortDelay.identifier
 #: Share of the squares of the slope of effort that is of slow motion. Chosen: of a half, ripple of
 #: 42 /rad still made a motor 1.4 ms early (test_ripple_that_the_loop_answers_is_no_early_effort).
 _SLOW = 0.75
+
+
+#: Share of a sampling interval by which effort that acts within it is late or early at most: one
+#: that holds from its sample on is half of it early, a mean up to its sample half of it late.
+_WITHIN = 0.5
 
 
 @dataclass(frozen=True)
@@ -85,23 +89,15 @@ class LateEffort:
             if stated
             else 'it was'
         )
-        whose = '' if joint == ALL_JOINTS else f' of {joint}'
         return (
-            f'effort{whose} is reported {told} {when} the motion that it makes, and samples are '
-            f'{1e3 * self.step_s:.3g} ms apart: {done} taken {number} '
+            f'effort{of_joint(joint)} is reported {told} {when} the motion that it makes, and '
+            f'samples are {1e3 * self.step_s:.3g} ms apart: {done} taken {number} '
             f'sample{"s" if number > 1 else ""} {taken}; {cause}, mend it there'
         )
 
 
 #: By joint, those whose effort is late or early.
 Late = Mapping[str, LateEffort]
-
-
-def by_joint(late: Late, names: Sequence[str]) -> Late:
-    """Return it under ``*`` where all joints are late alike."""
-    (first, *others) = late.values()
-    alike = len(late) == len(names) and all(other == first for other in others)
-    return {ALL_JOINTS: first} if alike else late
 
 
 def late_findings(late: Late, names: Sequence[str], stated: bool = False) -> list[DataFinding]:
@@ -112,7 +108,7 @@ def late_findings(late: Late, names: Sequence[str], stated: bool = False) -> lis
     """
     return [
         DataFinding(LATE, joint, WARNING, each.sentence(joint, stated))
-        for joint, each in by_joint(late, names).items()
+        for joint, each in told_once(late, names).items()
     ]
 
 
@@ -168,16 +164,17 @@ def find_late(fit: TermFit, logs: Sequence[JointLog], before: Late, beyond: Sequ
         precision_of(np.array([p.std_error for p in found.values()])),
     )
     alike = len(found) > 1 and bool(np.all(changes == changes[0]))
+    early = [] if before or not (changes < 0.0).any() else _early_at_speed(fit, step)
     result = dict(before)
     for joint, change, p in zip(found, changes.tolist(), precision.tolist(), strict=True):
         delay = change + (before[joint].samples * step if joint in before else 0.0)
         samples = round(abs(delay / step))
         # Within an interval it is where in it a sample is taken.
-        sure = WITHIN * step < abs(change) and change**2 * p > VERY_STRONG
+        sure = _WITHIN * step < abs(change) and change**2 * p > VERY_STRONG
         sure &= abs(delay) <= LARGEST_S and not -step <= delay <= 0.0
         if not sure or not (alike or samples or joint in beyond):
             continue
-        if delay < 0.0 and not before and joint not in _early_at_speed(fit, step):
+        if delay < 0.0 and not before and joint not in early:
             continue
         # The nearest whole number that is not 0, of the same sign.
         samples = int(np.copysign(max(1, samples), delay))

@@ -86,6 +86,11 @@ def joint_text(joint: str) -> str:
     return 'all joints' if joint == ALL_JOINTS else joint
 
 
+def of_joint(joint: str) -> str:
+    """Return " of" a joint, '' for all of them."""
+    return '' if joint == ALL_JOINTS else f' of {joint}'
+
+
 def format_interval(low: float, high: float, uncertainty: float = math.nan) -> str:
     """Return ``low to high``; the digits follow the uncertainty, else the width."""
     if not (math.isfinite(uncertainty) and uncertainty > 0.0):

@@ -2,10 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """One time for all joints, unless one of them has another."""
 
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.regression.rival import VERY_STRONG
+
+_T = TypeVar('_T')
 
 
 def shared_time(times: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -32,3 +38,11 @@ def precision_of(errors: FloatArray) -> FloatArray:
     """Return one over the variance of standard errors (n,), 0 where one is not known."""
     known = np.isfinite(errors) & (errors > 0.0)
     return np.power(errors, -2.0, where=known, out=np.zeros_like(errors))
+
+
+def told_once(by_joint: Mapping[str, _T], names: Sequence[str]) -> Mapping[str, _T]:
+    """Return what is said of joints under ``*`` where it is the same of all ``names``."""
+    first = next(iter(by_joint.values()), None)
+    if first is None or len(by_joint) < len(names) or any(x != first for x in by_joint.values()):
+        return by_joint
+    return {ALL_JOINTS: first}

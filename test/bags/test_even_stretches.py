@@ -59,3 +59,13 @@ def test_effort_in_a_gap_is_on_a_line():
     )
     assert part.tau.min() == 0.0
     assert part.tau.max() == 1.0
+
+
+@pytest.mark.filterwarnings('error')
+def test_few_samples_between_gaps_are_on_a_curve_of_as_many_numbers():
+    """Three samples are near the first gap, and they are on a parabola."""
+    log = moving(np.r_[1001:1008, 1009:1016, 1017:1024])
+    (part,) = even_stretches(log.rows(np.arange(1000, len(log))), cutoff=20.0)
+    (whole,) = even_stretches(moving())
+    assert np.array_equal(part.t_ns, whole.t_ns[1000:])
+    assert part.q == pytest.approx(whole.q[1000:], abs=1e-4)

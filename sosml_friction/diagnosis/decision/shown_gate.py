@@ -9,13 +9,10 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.verdict import not_shown
 
-#: Why a cause is taken back.
-NOT_SHOWN = 'its size may be 0, as one of all candidates looks by chance'
-
 
 def shown_gate(selector: Selector, selection: Selection) -> Selection:
     """
-    Take back, the last first, causes whose sizes beside the others may all be 0.
+    Take back, the last first, causes that beside the others may be nothing.
 
     One that is alone stays, for :func:`~.verdict.verdict_of`: it explains more than its floor, so
     that something is there. What is within its tolerance is no other cause.
@@ -24,12 +21,13 @@ def shown_gate(selector: Selector, selection: Selection) -> Selection:
     while len(selection.accepted) > 1:
         causes = model_causes(selection.laboratory or selector.laboratory, selection)
         told = [cause for cause in causes if not cause.tolerated]
-        hidden = {(cause.effect, cause.joint) for cause in told if not_shown(cause)}
+        hidden = {(cause.effect, cause.joint): why for cause in told if (why := not_shown(cause))}
         at = [k for k, f in enumerate(selection.accepted) if f.reported(names) in hidden]
         if len(told) < 2 or not at:
             break
         last = at[-1]
-        taken = replace(selection.accepted[last], failed=(NOT_SHOWN,))
+        finding = selection.accepted[last]
+        taken = replace(finding, failed=(f'it may be nothing: {hidden[finding.reported(names)]}',))
         fewer = replace(selection, accepted=selection.others(last), rejected=taken)
         selection = selector.settled(fewer)
     return selection

@@ -36,18 +36,11 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     return 'named' if causes else 'nothing_above_floor'
 
 
-def without_line(cause: Cause) -> bool:
-    """Tell whether what repeats with position may do so any number of times: it is no line."""
-    kind = TERMS.classes.get(cause.effect)
-    p = cause.parameters.get('frequency')
-    if kind is None or not kind.repeats or p is None or p.interval is None:
-        return False
-    return not math.isfinite(p.interval[1])
-
-
-def not_shown(cause: Cause) -> bool:
+def not_shown(cause: Cause) -> str:
     """
-    Tell whether a term may as well be nothing, as far as its intervals say.
+    Return why a term may as well be nothing, as far as its intervals say; '' if it may not.
+
+    What repeats with position any number of times is no line.
 
     The best of K candidates is beyond its own interval by chance K times as often: where all of
     them together are to be in 5 % of recordings, each is in 5 % / K (Bonferroni). The intervals
@@ -57,10 +50,13 @@ def not_shown(cause: Cause) -> bool:
     beyond its end. That one of several rivals is there may be sure where each of them is not.
     """
     kind = TERMS.classes.get(cause.effect)
-    if kind is not None and without_line(cause):
-        return True
-    if kind is None or not cause.size_known or cause.rivals:
-        return False
+    if kind is None:
+        return ''
+    line = cause.parameters.get('frequency') if kind.repeats else None
+    if line is not None and line.interval is not None and not math.isfinite(line.interval[1]):
+        return 'what is left beside it leaves its frequency open'
+    if not cause.size_known or cause.rivals:
+        return ''
     sizes = {kind.reported_as.get(name, name) for name in kind.amplitudes}
     # Those of a harmonic have its number behind their names.
     own = {
@@ -74,7 +70,9 @@ def not_shown(cause: Cause) -> bool:
         reach = min(z, z * math.sqrt(max(1.0 - spread**2, 0.0)) + most)
         return p.may_be(cause.stated.get(name, 0.0), reach / Z_95)
 
-    return bool(own) and all(may_be_as_stated(name, p) for name, p in own.items())
+    if own and all(may_be_as_stated(name, p) for name, p in own.items()):
+        return f'of {cause.tried} candidates one has such a size by chance'
+    return ''
 
 
 def _causes_are_not_all(selection: Selection) -> bool:

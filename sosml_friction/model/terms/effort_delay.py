@@ -17,9 +17,6 @@ from sosml_friction.model.terms.kinds.term import Inner, Term
 
 #: Largest delay [s]: a loop with a longer one would be seen to be late. Chosen, no measurement.
 LARGEST_S = 0.05
-#: Share of a sampling interval by which effort that acts within it is late or early at most: one
-#: that holds from its sample on is half of it early, a mean up to its sample half of it late.
-WITHIN = 0.5
 
 
 def effort_slope(signals: Recording) -> FloatArray:
@@ -53,7 +50,8 @@ class EffortDelay(Term):
     ) -> SimulatedTerm:
         """Return a report that is late."""
         late = SimulatedTerm()
-        late.delay = np.full(robot.n, amplitude[0])
+        acts = np.arange(robot.n) == joint
+        late.delay = np.where(acts | self.of_robot, amplitude[0], 0.0)
         return late
 
     def implausible(self, fit: Fitted) -> str:
@@ -71,14 +69,6 @@ class JointEffortDelay(EffortDelay):
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return -dtau/dt of the joint."""
         return signals.in_joint(joint, -effort_slope(signals)[:, joint])
-
-    def simulated(
-        self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
-    ) -> SimulatedTerm:
-        """Return a report of one joint that is late."""
-        late = SimulatedTerm()
-        late.delay = np.where(np.arange(robot.n) == joint, amplitude[0], 0.0)
-        return late
 
 
 EffortDelay.counterpart = JointEffortDelay

@@ -5,11 +5,13 @@
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from sosml_friction.diagnosis.decision import shown_gate as module
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.decision.verdict import not_shown
 from sosml_friction.model.parameter import Parameter
 
 
@@ -88,3 +90,20 @@ def test_what_may_be_nothing_beside_others_is_taken_back_the_last_first(
     taken = len(accepted) - len(kept)
     assert selector.times == taken
     assert (selection.rejected is not None) == bool(taken)
+
+
+@pytest.mark.parametrize(
+    ('effect', 'interval', 'why'),
+    [
+        ('cogging', (0.0, np.inf), 'what is left beside it leaves its frequency open'),
+        ('cogging', (8.0, 10.0), ''),
+        ('cogging', None, ''),
+        ('stribeck', (0.0, np.inf), ''),
+    ],
+)
+def test_what_repeats_any_number_of_times_is_no_line(effect, interval, why):
+    numbers = {
+        'sine': Parameter(0.09, 'Nm', 0.01, (0.07, 0.11)),
+        'frequency': Parameter(8.9, 'rad/rad', 0.5, interval),
+    }
+    assert not_shown(Cause(effect, 'tilt', numbers, {}, rivals=('spring',))) == why
