@@ -158,7 +158,7 @@ class Actuator(ABC):
     @abstractmethod
     def accept(self, frame: Frame, stamp_ns: int) -> None:
         """
-        Take a reply, received at ``stamp_ns`` [ns], into :attr:`measurement`.
+        Take a reply to what was asked at ``stamp_ns`` [ns] into :attr:`measurement`.
 
         :raises CanProtocolError: if it cannot be decoded.
         """

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording cut where it has holes, at even steps in between."""
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -9,10 +10,22 @@ from numpy.polynomial import Polynomial
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import HOLE
+from sosml_friction.bags.sampling import HOLE, held_periods
 
 
-def even_stretches(log: JointLog, cutoff: float = np.inf) -> list[JointLog]:
+@dataclass(frozen=True, kw_only=True)
+class EvenStretch(JointLog):
+    """
+    Hold even samples, and ``held`` (N,): how long the effort about each holds, in steps.
+
+    At a recorded sample it is the mean of the steps before and behind it, and between two on the
+    line, as effort is.
+    """
+
+    held: FloatArray
+
+
+def even_stretches(log: JointLog, cutoff: float = np.inf) -> list[EvenStretch]:
     """
     Return the log's stretches without holes, each interpolated to even samples.
 
@@ -58,7 +71,10 @@ def even_stretches(log: JointLog, cutoff: float = np.inf) -> list[JointLog]:
             inside = (even > own[k]) & (even < own[k + 1])
             for q, joint in zip(part.q.T, log.q[run].T, strict=True):
                 q[inside] = Polynomial.fit(own[near], joint[near], degree)(even[inside])
-        stretches.append(part)
+        held = np.diff(own) / step * held_periods(np.diff(own), time[rows])
+        # A mean since the sample before is of the step before it, a command of the one behind.
+        beside = 0.5 * (np.append(held[0], held) + np.append(held, held[-1]))
+        stretches.append(EvenStretch(**vars(part), held=np.interp(even, own, beside)))
     return stretches
 
 

@@ -18,6 +18,9 @@ _LONG = 1.5
 #: A step of more median steps than this is a hole: what happened in it is not known. Half a period
 #: of the widest band of a diagnosis, a tenth of the rate.
 HOLE = 5.0
+#: A clock that only loses samples has long steps of whole periods: this share of them, within this
+#: share of a period. By chance two in five are.
+_WHOLE, _WITHIN = 0.9, 0.2
 #: Steps to either side in which a stamp that came late is made up for.
 _BESIDE = 2
 
@@ -66,6 +69,27 @@ def lost_samples(time: FloatArray) -> int:
         more = steps[k] / period - 1.0 - float(np.sum(1.0 - beside / period))
         lost += max(0, int(np.rint(more)))
     return lost
+
+
+def held_periods(steps: FloatArray, time: FloatArray) -> FloatArray:
+    """
+    Return the part of each step for which its effort holds, (N,), 1 for all of it.
+
+    Where a recorder lost m - 1 samples of an even clock, an effort is that of the last of m
+    periods, or of the first, and the others are not known: 1 / m. Where a loop itself took longer,
+    by any time, its command was held, or its mean taken, for all of it.
+
+    :param steps: steps between samples (N,) [s].
+    :param time: stamps of all samples [s], which tell the one from the other.
+    """
+    known = np.diff(time)
+    known = known[known > 0.0]
+    period = float(np.median(known)) if len(known) else np.inf
+    long = known[known > _LONG * period] / period
+    whole = np.abs(long - np.rint(long)) <= _WITHIN
+    if not len(long) or float(np.mean(whole)) < _WHOLE:
+        return np.ones(len(steps))
+    return np.asarray(1.0 / np.maximum(1.0, np.rint(steps / period)))
 
 
 def lost_share(time: FloatArray) -> float:

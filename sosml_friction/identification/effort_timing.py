@@ -92,9 +92,9 @@ class EffortTiming:
         )
 
     def contradicts(self, hold: str, step: float) -> bool:
-        """Tell whether the motion very strongly says another time than a stated hold does."""
+        """Tell whether the motion very strongly says another hold than the stated one."""
         off = self.delay_s - _delay(hold, step)
-        return off**2 > VERY_STRONG * self.std_error**2
+        return self.hold(step) != hold and off**2 > VERY_STRONG * self.std_error**2
 
     def contradiction(self, hold: str, step: float, joint: str = ALL_JOINTS) -> str:
         """Return for a person that the motion contradicts a stated hold, without a full stop."""

@@ -125,7 +125,7 @@ def analyse_log(
         bandwidth.
     :raises DataError: if effort is missing or the motion cannot be fitted.
     """
-    source = source or log_source(log, 'log')
+    source, given = source or log_source(log, 'log'), log
     settings = settings or FitSettings()
     robot = nominal.with_armature({'*': 0.0}).make_robot()
     log, checks = check_data(log, robot, source.recovery, nominal.unknown_armature)
@@ -231,7 +231,7 @@ def analyse_log(
     if output_error is not None and output_error.joints:
         estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}
     fit, ripple, checks = _with_ripple(log, robot, fit, checks)
-    provenance = fit_provenance(source, log, configuration, fit, settings, command)
+    provenance = fit_provenance(source, given, configuration, fit, settings, command)
     if body is not None and body.deviations:
         earlier = nominal.provenance.get('rigid_body', {})
         provenance['rigid_body'] = {**earlier, **to_plain(body.to_dict())}

@@ -14,6 +14,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 
 from sosml_friction.arrays import BoolArray, Entry, FloatArray
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.sampling import held_periods
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.effort_timing import EffortTiming
@@ -181,9 +182,8 @@ class WeakForm:
 
         Over an interval of m periods m - 1 samples are lost. With their efforts on that line only
         the m-th part of the hold is left: w' - 1/2 = (w - 1/2) / m, w the later sample's weight.
-        A recorder that lost samples is so; of a driver that stood still the hold is nearer.
         """
-        lost = 1.0 - 1.0 / np.maximum(1.0, np.round(stretch.samples.h / self._step))
+        lost = 1.0 - held_periods(stretch.samples.h, self.time)
         return (0.5 - self._sampler.later_weight) * lost[:, None] * self._rise(stretch)
 
     def _rise(self, stretch: Stretch) -> FloatArray:

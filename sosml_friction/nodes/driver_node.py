@@ -120,8 +120,9 @@ class DriverNode(LifecycleNode):
     which measures and commands no torque; ``~/enable`` alone lets a joint be driven. Deactivation,
     shutdown, an error and the end of the process switch the outputs off.
 
-    Stamps are receive times; effort comes from measured current and is NaN where there is none;
-    velocity is the slope of the last positions, see :class:`WindowedSlope`.
+    Stamps are when joints were asked; effort comes from measured current, is the mean since the
+    sample before, and NaN where there is none; velocity is the slope of the last positions, see
+    :class:`WindowedSlope`.
     """
 
     def __init__(self, **kwargs: Any) -> None:

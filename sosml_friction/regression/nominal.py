@@ -32,7 +32,8 @@ LATE = 'late'
 #: enough to show, and the column is nearly in proportion to it. Halved and doubled, no answer of
 #: ``python -m validation.sensitivity --seed 1`` changes.
 SOFTER, _WIDER = 'softer', 1.5
-#: The name of how late effort of a joint is reported, within a sampling interval.
+#: The name of how late effort of a joint is reported, within a sampling interval of the median
+#: length: in a longer one, in which a command was held for longer, it is as much later.
 EFFORT_HOLD = 'effort hold'
 #: Direction of a first moment that is normally off, as a share of the tolerance of its size.
 _ASKEW = 0.3
@@ -90,9 +91,9 @@ class Nominal:
             own = slice(k, k + len(known.names))
             result[:, :, own] = known.term.columns(signals, known.joint, known.inner)
             k = own.stop
-        slope = effort_slope(signals)
+        late = -effort_slope(signals) * np.reshape(signals.held, (-1, 1))
         for i in told:
-            result[:, i, k] = -slope[:, i]
+            result[:, i, k] = late[:, i]
             k += 1
         for column in np.moveaxis(result, 2, 0):
             others = np.setdiff1d(np.arange(n), joints_acted_in(column[:, :, None]))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import ColumnArray, FloatArray
-from sosml_friction.bags.even_stretches import even_stretches
+from sosml_friction.bags.even_stretches import EvenStretch, even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.dahl import dahl_path
@@ -93,6 +93,7 @@ class Signals:
     measured: in the residual it is noise of known size, but in a column it would take that off;
     ``rough`` (N, n): that acceleration less ``a``; ``jitter`` (n,): standard deviation of what the
     noise of position is in ``v``;
+    ``held`` (N,): how long the recorded effort about each sample holds, in steps;
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
     :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
@@ -127,6 +128,7 @@ class Signals:
     shaken: FloatArray | float = 0.0
     rough: FloatArray | float = 0.0
     jitter: FloatArray | float = 0.0
+    held: FloatArray | float = 1.0
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
     turns: frozenset[int] = frozenset()
@@ -397,7 +399,7 @@ def prepare(
     scales = known or find_scales(logs, model, robot)
     begins = np.cumsum([0.0, *(float(log.time[-1]) + 1.0 for log in logs)])
 
-    def lasting(cycles: float, cutoff: float) -> list[tuple[JointLog, float, int]]:
+    def lasting(cycles: float, cutoff: float) -> list[tuple[EvenStretch, float, int]]:
         """Return stretches without what is a hole in that band, where each begins, and of what."""
         return [
             (stretch, float(begin) + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9, number)
@@ -422,6 +424,7 @@ def prepare(
         replace(
             make_signals(stretch, robot, scales, Band(cutoff, _step(stretch)), begin),
             recording=number,
+            held=stretch.held,
         )
         for stretch, begin, number in used
     ]

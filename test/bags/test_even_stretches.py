@@ -69,3 +69,14 @@ def test_few_samples_between_gaps_are_on_a_curve_of_as_many_numbers():
     (whole,) = even_stretches(moving())
     assert np.array_equal(part.t_ns, whole.t_ns[1000:])
     assert part.q == pytest.approx(whole.q[1000:], abs=1e-4)
+
+
+def test_effort_at_a_sample_holds_as_long_as_the_steps_beside_it():
+    """Steps of 2, 3 and 7 ms by turns, of 3 in the middle."""
+    steps = np.tile([2e-3, 3e-3, 7e-3], 50)
+    t = np.append(0.0, np.cumsum(steps))
+    q = np.outer(t, [1.0, 2.0])
+    log = JointLog(('a', 'b'), np.round(1e9 * t).astype(np.int64), q, 0.0 * q, q)
+    (part,) = even_stretches(log)
+    beside = [2.0, *(0.5e3 * (steps[1:] + steps[:-1])), 7.0]
+    assert part.held == pytest.approx(np.interp(part.time, t, beside) / 3.0, abs=1e-5)

@@ -101,6 +101,42 @@ def test_viscous_friction_is_right_whenever_effort_acts_between_samples(late, to
     assert '--effort-hold' in said.sentence
 
 
+def uneven(weight, seed=5):
+    """
+    Return a pendulum of a loop whose cycles take 2 ms and more, by chance, at 160 Hz on average.
+
+    :param weight: of the later sample in the effort of an interval: 1 for a mean since the sample
+        before, 0 for a command that is held until the next.
+    """
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(2e-3 + rng.exponential(4.2e-3, 6400))
+    middle = t + np.diff(t, append=t[-1]) * 0.5 if weight == 0.0 else t - np.diff(t, prepend=0) / 2
+    q = sines(t, FAST)[0] + 2e-5 * rng.standard_normal(len(t))
+    tau = effort(middle, FAST) + 0.02 * rng.standard_normal(len(t))
+    return recording(('joint',), t, q, tau)
+
+
+@pytest.mark.parametrize(('weight', 'hold'), [(1.0, 'end'), (0.0, 'start')])
+def test_an_effort_that_holds_for_uneven_steps_is_late_by_half_of_each(weight, hold):
+    """
+    By one time for all steps it was later than the median step is long, and taken a sample sooner.
+
+    The longer steps weigh more: E[h^2] / 2 E[h] is 0.9 of the median step.
+    """
+    log = uneven(weight)
+    compared = BodyComparison.of([log], MODEL)
+    assert not compared.late
+    its = compared.timing['joint']
+    assert its.hold(log.step) == hold
+    assert abs(its.delay_s - (weight - 0.5) * log.step) < 3.0 * its.std_error < 0.2 * log.step
+    for stated in (None, hold):
+        (fits,) = analyse_log(log, MODEL, effort_hold=stated).fit.joints.values()
+        for name, true in (('coulomb', COULOMB), ('viscous', VISCOUS)):
+            p = fits['weak_form'].fit.parameters[name]
+            assert abs(p.value - true) < 3.0 * p.std_error
+            assert p.std_error < 0.05 * true
+
+
 @pytest.mark.parametrize(
     ('late', 'together'),
     [

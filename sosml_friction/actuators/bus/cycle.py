@@ -102,9 +102,9 @@ class BusCycle:
     Own a python-can bus and exchange requests for replies on it. One thread may use it.
 
     Replies are matched by (identifier, command byte) or (identifier, sequence), so that a late or
-    foreign frame is never taken for the answer; each goes to its actuator with the time it was
-    received. After a failure nothing is sent until :meth:`recover` says so; ``bus`` may then be
-    another one.
+    foreign frame is never taken for the answer; each goes to its actuator with the time at which
+    it was asked: an actuator measures then, however much later this program reads the answer.
+    After a failure nothing is sent until :meth:`recover` says so; ``bus`` may then be another one.
 
     :param reopen: opens the bus anew after it was lost; without it the same object is used again.
     """
@@ -124,6 +124,7 @@ class BusCycle:
         self._commanded = {own for actuator in actuators for own in actuator.request_ids}
         # Some interfaces hear what they send themselves.
         self._recent: deque[tuple[int, bytes]] = deque(maxlen=_RECENT)
+        self._asked_ns: dict[Hashable, int] = {}
         self._patient: dict[Hashable, tuple[int, Actuator]] = {}
         self._refused = int(getattr(bus, 'refused', 0))
         self._off = False
@@ -143,6 +144,7 @@ class BusCycle:
         counters = self.counters
         with self._guard():
             self._drain()
+            self._asked_ns = {key: self._asked_ns[key] for key in self._patient}
             self._check_off()
             missing: set[Hashable] = set()
             pending: dict[Hashable, Request] = {}
@@ -171,7 +173,7 @@ class BusCycle:
             while (timeout := (until_ns - self._clock.now_ns()) * 1e-9) > 0.0:
                 message = self.bus.recv(timeout)
                 if message is not None:
-                    self._take(message, self._clock.now_ns(), {}, set())
+                    self._take(message, {}, set())
                 self._check_off()
 
     @contextlib.contextmanager
@@ -217,6 +219,8 @@ class BusCycle:
         return not (self._lost or self._off)
 
     def _send(self, request: Request) -> bool:
+        # Once it is sent, another program may run before this one.
+        asked_ns = self._clock.now_ns()
         try:
             self.bus.send(request.frame.to_message())
         except (can.CanError, OSError) as error:
@@ -224,6 +228,7 @@ class BusCycle:
                 raise
             self.counters.not_sent += 1
             return False
+        self._asked_ns[request.key] = asked_ns
         self._recent.append((request.frame.can_id, request.frame.data))
         self.counters.sent += 1
         return True
@@ -246,7 +251,7 @@ class BusCycle:
                     continue
                 break
             late += timeout == 0.0
-            self._take(message, self._clock.now_ns(), pending, missing)
+            self._take(message, pending, missing)
             if self._off:
                 break
         if self._patient:
@@ -265,7 +270,7 @@ class BusCycle:
             message = self.bus.recv(0.0)
             if message is None:
                 return
-            self._take(message, self._clock.now_ns(), {}, set())
+            self._take(message, {}, set())
 
     def _check_off(self) -> None:
         if self._off:
@@ -278,7 +283,6 @@ class BusCycle:
     def _take(
         self,
         message: can.Message,
-        stamp_ns: int,
         pending: dict[Hashable, Request],
         missing: set[Hashable],
     ) -> None:
@@ -310,7 +314,8 @@ class BusCycle:
                 missing.add(key)
                 del pending[key]
                 return
-            actuator.accept(frame, stamp_ns)
+            actuator.accept(frame, self._asked_ns[key])
+            actuator.measurement.received_ns = self._clock.now_ns()
         except CanProtocolError:
             counters.undecodable += 1
             return

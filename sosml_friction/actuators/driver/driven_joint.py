@@ -62,6 +62,7 @@ class DrivenJoint:
         """Forget what has happened: the drive begins."""
         self.note_events()
         self._last_q, self._last_ns = math.nan, 0
+        self._impulse, self._driven_s = 0.0, 0.0
         self._doubtful = 0
         self._doubt = ''
         self._still_q = self._still_reference = math.nan
@@ -77,14 +78,14 @@ class DrivenJoint:
 
     @property
     def stamp_ns(self) -> int:
-        """Return when the last position was received [ns]."""
+        """Return when the last position was asked for, and measured [ns]."""
         return self.actuator.measurement.stamp_ns
 
     # ---- what a cycle brings
 
     def take(self, start_ns: int) -> None:
         """Take the measurement of a cycle that began at ``start_ns`` and brought all replies."""
-        self._latency_ns = self.stamp_ns - start_ns
+        self._latency_ns = self.actuator.measurement.received_ns - start_ns
         self.late = self._lateness.is_late(self._latency_ns)
         if not self.late:
             self.sampled_v = self._sampled_slope.update(self.stamp_ns, self.q)
@@ -98,10 +99,23 @@ class DrivenJoint:
         if not math.isnan(self.v):
             self.known_v = self.v
         step, seconds = self.q - self._last_q, (self.stamp_ns - self._last_ns) * 1e-9
+        if self._last_ns:
+            self._impulse += self.actuator.measurement.tau * seconds
+            self._driven_s += seconds
         self._last_q, self._last_ns = self.q, self.stamp_ns
         doubt = self.actuator.doubt(self.v, step, seconds)
         self._doubtful = self._doubtful + 1 if doubt else 0
         self._doubt = doubt
+
+    def take_effort(self) -> float:
+        """
+        Return the mean effort since the last sample [Nm or N], and begin that of the next.
+
+        What is measured at the end of a cycle held in it; a cycle may have given no sample.
+        """
+        impulse, seconds = self._impulse, self._driven_s
+        self._impulse, self._driven_s = 0.0, 0.0
+        return impulse / seconds if seconds > 0.0 else self.actuator.measurement.tau
 
     @property
     def timely(self) -> bool:

@@ -312,7 +312,7 @@ class JointDriver:
             joint_ns=stamps,
             q=self._position(),
             v=np.array([joint.sampled_v for joint in self._joints]),
-            tau=np.array([actuator.measurement.tau for actuator in self._actuators]),
+            tau=np.array([joint.take_effort() for joint in self._joints]),
         )
         self._skew_ns = sample.skew_ns
         return sample

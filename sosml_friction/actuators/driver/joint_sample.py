@@ -12,9 +12,10 @@ class JointSample:
     """
     Hold what one completed cycle measured, joints in the driver's order.
 
-    ``stamp_ns``: receive time of the cycle's last position, on the driver's clock; ``joint_ns``:
-    of each joint's. ``q`` [rad or m], ``v`` [rad/s or m/s], ``tau`` [Nm or N], each (n,); NaN is
-    not known: v until its window is full, tau where the actuator measures no current.
+    ``stamp_ns``: when the cycle's last position was asked for, on the driver's clock;
+    ``joint_ns``: of each joint's. ``q`` [rad or m], ``v`` [rad/s or m/s], ``tau`` [Nm or N], the
+    mean since the sample before, each (n,); NaN is not known: v until its window is full, tau
+    where the actuator measures no current.
     """
 
     stamp_ns: int

@@ -123,6 +123,8 @@ def _hold(signals: Signals) -> tuple[Stretch, ...]:
         by_load=nothing,
         more_load=nothing,
         shaken=nothing,
+        rough=nothing,
+        held=1.0,
         regressor=np.tile(robot.torque_regressor(q, still, still), (count, 1, 1)),
         temperature=None
         if signals.temperature is None

@@ -161,6 +161,21 @@ def test_a_reply_nobody_waits_for_is_stale_and_never_taken(cycle, bus, own):
     assert own.measurement.stamp_ns == 0
 
 
+def test_a_measurement_is_of_when_it_was_asked_whenever_the_answer_is_read(cycle, bus, own, clock):
+    clock.sleep_until_ns(1_000)
+    answer = rmd_x.encode_reply(1, rmd_x.Angle(1.0)).to_message()
+
+    def recv(timeout=None, taken=bus.recv):
+        clock.sleep_until_ns(clock.now_ns() + 5_000)
+        return taken(timeout)
+
+    bus.answers[0x92] = [answer]
+    bus.recv = recv
+    assert cycle.exchange(own.release(0), DEADLINE) == set()
+    asked_ns, received_ns = own.measurement.stamp_ns, own.measurement.received_ns
+    assert 1_000 <= asked_ns <= received_ns - 5_000
+
+
 def test_a_patient_request_does_not_hold_the_cycle_up(cycle, bus, own, clock):
     own = RmdXActuator(replace(JOINT, brake=True), LIMITS, 500.0)
     own.accept(rmd_x.encode_reply(1, rmd_x.Angle(0.0)), 0)

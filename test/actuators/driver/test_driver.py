@@ -239,7 +239,7 @@ def test_published_values_are_multiples_of_the_wires_resolution(lockstep, there_
     assert len(np.unique(log.q[:, 0])) > 100
 
 
-def test_one_sample_per_cycle_stamped_at_the_receive_time(lockstep):
+def test_one_sample_per_cycle_stamped_when_it_was_asked_for(lockstep):
     lockstep.samples.clear()
     lockstep.run(1.0)
     log = lockstep.log()
@@ -252,7 +252,7 @@ def test_one_sample_per_cycle_stamped_at_the_receive_time(lockstep):
 
 
 def test_velocity_lags_by_ten_milliseconds_and_no_more(lockstep, there_and_back):
-    """The slope of 11 positions at 500 Hz is the velocity of 10 ms ago (and 0.3 ms of latency)."""
+    """The slope of 11 positions at 500 Hz is the velocity of 10 ms ago."""
     truth = []
     lockstep.driver.enable()
     lockstep.driver.follow(there_and_back)
