@@ -27,8 +27,9 @@ class Measurement:
 
     ``q`` [rad or m], ``tau`` [Nm or N] by the measured current, ``temperature`` [degC],
     ``voltage`` [V], ``current`` [A] in the actuator's own direction; ``stamp_ns``: when ``q`` was
-    asked for; ``received_ns``: when the last answer came. Raw: ``position_raw`` as the actuator
-    counts it, ``speed`` [rad/s or m/s] as it reports it, in the joint's direction. ``uptime`` [s].
+    asked for; ``received_ns``: when the last answer of a cycle came. Raw: ``position_raw`` as the
+    actuator counts it, ``speed`` [rad/s or m/s] as it reports it, in the joint's direction.
+    ``uptime`` [s].
     """
 
     q: float = math.nan

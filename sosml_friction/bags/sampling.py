@@ -18,9 +18,11 @@ _LONG = 1.5
 #: A step of more median steps than this is a hole: what happened in it is not known. Half a period
 #: of the widest band of a diagnosis, a tenth of the rate.
 HOLE = 5.0
-#: A clock that only loses samples has long steps of whole periods: this share of them, within this
-#: share of a period. By chance two in five are.
-_WHOLE, _WITHIN = 0.9, 0.2
+#: An even clock that loses samples has long steps of whole periods, within this share of one. By
+#: chance two in five are; the share that tells is half way from there to all, which stamps that
+#: scatter by 0.12 of a period still have: P(|x| < 0.2) of a difference of two.
+_WITHIN = 0.2
+_WHOLE = 0.5 * (1.0 + 2.0 * _WITHIN)
 #: Steps to either side in which a stamp that came late is made up for.
 _BESIDE = 2
 
@@ -85,7 +87,8 @@ def held_periods(steps: FloatArray, time: FloatArray) -> FloatArray:
     known = np.diff(time)
     known = known[known > 0.0]
     period = float(np.median(known)) if len(known) else np.inf
-    long = known[known > _LONG * period] / period
+    # What is longer is a hole, by whatever made it.
+    long = known[(known > _LONG * period) & (known < HOLE * period)] / period
     whole = np.abs(long - np.rint(long)) <= _WITHIN
     if not len(long) or float(np.mean(whole)) < _WHOLE:
         return np.ones(len(steps))

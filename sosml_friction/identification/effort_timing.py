@@ -21,6 +21,9 @@ from sosml_friction.regression.rival import VERY_STRONG
 
 #: What a finding about it is called, and one about a hold that was stated.
 TIMING, STATED = 'effort_timing', 'effort_hold'
+#: Share of an interval by which a delay may be off, as its column is linear: of efforts that hold
+#: for uneven steps 0.01 (``pytest test/identification/test_effort_timing.py -k uneven``).
+_LINEAR = 0.1
 #: Standard deviation of what is anywhere within an interval alike, as a share of it.
 _ANYWHERE = float(1.0 / np.sqrt(12.0))
 
@@ -31,7 +34,7 @@ class EffortTiming:
     Hold how late an effort is reported: ``delay_s`` after it acted, at a sample's own time.
 
     A command that is held until the next sample is half an interval early, a mean of the time
-    since the sample before half an interval late. ``std_error`` [s].
+    since the sample before half an interval late, each of the median interval. ``std_error`` [s].
     """
 
     delay_s: float
@@ -92,9 +95,9 @@ class EffortTiming:
         )
 
     def contradicts(self, hold: str, step: float) -> bool:
-        """Tell whether the motion very strongly says another hold than the stated one."""
+        """Tell whether the motion very strongly says another time than a stated hold does."""
         off = self.delay_s - _delay(hold, step)
-        return self.hold(step) != hold and off**2 > VERY_STRONG * self.std_error**2
+        return abs(off) > _LINEAR * step and off**2 > VERY_STRONG * self.std_error**2
 
     def contradiction(self, hold: str, step: float, joint: str = ALL_JOINTS) -> str:
         """Return for a person that the motion contradicts a stated hold, without a full stop."""

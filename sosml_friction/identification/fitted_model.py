@@ -135,8 +135,8 @@ def fit_provenance(
     document = {
         'bag': source.name,
         'sha256': source.sha256,
-        'start_ns': int(log.t_ns[0]),
-        'end_ns': int(log.t_ns[-1]),
+        'start_ns': int(log.t_ns.min()),
+        'end_ns': int(log.t_ns.max()),
         'samples': len(log),
         'recovered': bool(source.recovery),
         'fitted': datetime.now(timezone.utc).isoformat(timespec='seconds'),

@@ -172,7 +172,7 @@ class Signals:
         own: dict[str, Any] = {}
         for each in fields(self):
             value = getattr(self, each.name)
-            if isinstance(value, np.ndarray):
+            if isinstance(value, np.ndarray) and len(value) == len(self.q):
                 own[each.name] = value[rows]
         return replace(self, **own, rests=(), cache={})
 

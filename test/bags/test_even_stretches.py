@@ -71,6 +71,11 @@ def test_few_samples_between_gaps_are_on_a_curve_of_as_many_numbers():
     assert part.q == pytest.approx(whole.q[1000:], abs=1e-4)
 
 
+def test_effort_beside_samples_that_were_lost_holds_for_a_step():
+    (part,) = even_stretches(moving(slice(1100, 1103)))
+    assert part.held == pytest.approx(np.ones(2000), abs=1e-5)
+
+
 def test_effort_at_a_sample_holds_as_long_as_the_steps_beside_it():
     """Steps of 2, 3 and 7 ms by turns, of 3 in the middle."""
     steps = np.tile([2e-3, 3e-3, 7e-3], 50)

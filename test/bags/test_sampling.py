@@ -45,6 +45,17 @@ def test_of_the_steps_in_which_samples_were_lost_effort_holds_for_a_period():
     assert np.sum(held != 1.0) == 2
 
 
+@pytest.mark.parametrize('scatter', [0.05, 0.1, 0.12])
+def test_of_stamps_that_scatter_on_an_even_clock_effort_holds_for_a_period(scatter):
+    """Of one step in 100 nobody knows how many are lost. A hole of half a second has no say."""
+    rng = np.random.default_rng(4)
+    kept = rng.random(20_000) > 0.05
+    kept[7000:7050] = False
+    time = (0.01 * (np.arange(20_000) + scatter * rng.standard_normal(20_000)))[kept]
+    periods = np.diff(np.flatnonzero(kept))
+    assert np.mean(held_periods(np.diff(time), time) == 1.0 / periods) > 0.98
+
+
 def test_for_the_steps_of_a_loop_that_took_longer_effort_holds_as_long():
     time = np.cumsum(0.004 + np.random.default_rng(2).exponential(0.006, 1000))
     assert (held_periods(np.diff(time), time) == 1.0).all()

@@ -119,7 +119,7 @@ def uneven(weight, seed=5):
 @pytest.mark.parametrize(('weight', 'hold'), [(1.0, 'end'), (0.0, 'start')])
 def test_an_effort_that_holds_for_uneven_steps_is_late_by_half_of_each(weight, hold):
     """
-    By one time for all steps it was later than the median step is long, and taken a sample sooner.
+    By one time for all steps it was later than half of the median step, and taken a sample sooner.
 
     The longer steps weigh more: E[h^2] / 2 E[h] is 0.9 of the median step.
     """
@@ -130,7 +130,9 @@ def test_an_effort_that_holds_for_uneven_steps_is_late_by_half_of_each(weight, h
     assert its.hold(log.step) == hold
     assert abs(its.delay_s - (weight - 0.5) * log.step) < 3.0 * its.std_error < 0.2 * log.step
     for stated in (None, hold):
-        (fits,) = analyse_log(log, MODEL, effort_hold=stated).fit.joints.values()
+        found = analyse_log(log, MODEL, effort_hold=stated)
+        assert not [f for f in found.data_checks.findings if f.check == STATED]
+        (fits,) = found.fit.joints.values()
         for name, true in (('coulomb', COULOMB), ('viscous', VISCOUS)):
             p = fits['weak_form'].fit.parameters[name]
             assert abs(p.value - true) < 3.0 * p.std_error

@@ -315,7 +315,8 @@ class BusCycle:
                 del pending[key]
                 return
             actuator.accept(frame, self._asked_ns[key])
-            actuator.measurement.received_ns = self._clock.now_ns()
+            if request is not None:
+                actuator.measurement.received_ns = self._clock.now_ns()
         except CanProtocolError:
             counters.undecodable += 1
             return

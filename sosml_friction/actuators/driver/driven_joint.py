@@ -99,7 +99,10 @@ class DrivenJoint:
         if not math.isnan(self.v):
             self.known_v = self.v
         step, seconds = self.q - self._last_q, (self.stamp_ns - self._last_ns) * 1e-9
-        if self._last_ns:
+        if seconds * 1e9 > self._slope.gap_ns:
+            # After a silence, or at the beginning: what drove it meanwhile is not known.
+            self._impulse, self._driven_s = 0.0, 0.0
+        else:
             self._impulse += self.actuator.measurement.tau * seconds
             self._driven_s += seconds
         self._last_q, self._last_ns = self.q, self.stamp_ns

@@ -14,9 +14,9 @@ class Lateness:
     Follow the median of a latency, and tell what is later.
 
     An actuator measures when it is asked. Where an answer comes ``tolerance_ns`` later than half
-    of them do, the program stood still, or the bus: before it asked, between its questions, or
-    after the answer. Position and effort are then up to so much apart, and from their stamp, and
-    an effort that is d late reads as viscous friction.
+    of them do, the program stood still, or the bus: between its questions, before one of them
+    arrived, or after the answer. Position and effort are then up to so much apart, or from their
+    stamp, and an effort that is d late reads as viscous friction.
 
     :param tolerance_ns: what a time of measurement may be wrong by [ns].
     """

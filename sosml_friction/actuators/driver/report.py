@@ -25,7 +25,7 @@ class JointReport(Measurement):
 
     ``v``: the slope of its last positions [rad/s or m/s]; ``missed``: cycles without all replies,
     in total; ``problem``: what would fault it now, or ''; ``latency``: from the cycle's begin to
-    the position's arrival [s], and ``usual_latency`` its median; ``tracking_error``: reference
+    its last answer's arrival [s], and ``usual_latency`` its median; ``tracking_error``: reference
     minus position [rad or m], NaN while it is not driven; ``timeouts``: how often the actuator's
     own watchdog tripped; ``restarts``: how often it was switched on anew.
     """

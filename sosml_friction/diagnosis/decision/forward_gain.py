@@ -166,7 +166,8 @@ class ForwardGain:
                         reversal_term(robot, i, turn, float(value), float(displacement[i]))
                     )
             elif i >= 0 and what == EFFORT_HOLD:
-                delay[i] += float(value)
+                # Of steps of the median length; the simulation has one delay for all.
+                delay[i] += float(value) * float(np.mean(signals.held))
             elif name not in stated:
                 raise ValueError(f'the simulation does not know the parameter {name!r}')
 

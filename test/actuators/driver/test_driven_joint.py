@@ -139,6 +139,16 @@ def test_the_effort_of_a_cycle_that_gave_no_sample_is_in_that_of_the_next():
     assert joint.take_effort() == pytest.approx(5.0)
 
 
+def test_the_effort_of_a_silence_is_not_that_of_the_samples_around_it():
+    """What is measured first after it is all that is known."""
+    joint = joint_of()
+    cycle = feed(joint, tau=1.0)
+    feed(joint, cycles=1, start=cycle + 500, tau=5.0)
+    assert joint.take_effort() == pytest.approx(5.0)
+    feed(joint, cycles=1, start=cycle + 501, tau=3.0)
+    assert joint.take_effort() == pytest.approx(3.0)
+
+
 def test_an_effort_that_is_not_measured_is_none_until_it_is():
     joint = joint_of()
     cycle = feed(joint, tau=math.nan)
