@@ -10,12 +10,12 @@ from numpy.polynomial import Polynomial
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import HOLE, held_periods
+from sosml_friction.bags.sampling import HOLE, held_share
 
 #: Effort that holds for each of steps h is late by half of it, E[h^2] / 2 E[h] on average. Steps
 #: are uneven where that is by this share of the median step more than half of it. What differs
 #: less is scatter of stamps: of a tenth of a step (standard deviation) it is 0.005.
-_UNEVEN = 0.1
+UNEVEN = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,8 +61,9 @@ def even_stretches(log: JointLog, cutoff: float = np.inf) -> list[EvenStretch]:
     usual = HOLE * step + 2e-9
     longest = max(usual, 0.5 / cutoff)
     cuts = np.flatnonzero((steps < 0.0) | (steps > longest)) + 1
+    held = np.append(step, steps * held_share(time[rows])) / step
     stretches = []
-    for run in np.split(rows, cuts):
+    for run, lasting in zip(np.split(rows, cuts), np.split(held, cuts), strict=True):
         count = round(float(time[run[-1]] - time[run[0]]) / step) + 1
         if count < 3:
             continue
@@ -76,11 +77,11 @@ def even_stretches(log: JointLog, cutoff: float = np.inf) -> list[EvenStretch]:
             inside = (even > own[k]) & (even < own[k + 1])
             for q, joint in zip(part.q.T, log.q[run].T, strict=True):
                 q[inside] = Polynomial.fit(own[near], joint[near], degree)(even[inside])
-        held = np.diff(own) / step * held_periods(np.diff(own), time[rows])
-        if 0.5 * (float(held @ held) / float(held.sum()) - 1.0) <= _UNEVEN:
-            held = np.ones_like(held)
+        between = lasting[1:]
+        if 0.5 * (float(between @ between) / float(between.sum()) - 1.0) <= UNEVEN:
+            between = np.ones_like(between)
         # A mean since the sample before is of the step before it, a command of the one behind.
-        beside = 0.5 * (np.append(held[0], held) + np.append(held, held[-1]))
+        beside = 0.5 * (np.append(between[0], between) + np.append(between, between[-1]))
         stretches.append(EvenStretch(**vars(part), held=np.interp(even, own, beside)))
     return stretches
 

@@ -73,19 +73,18 @@ def lost_samples(time: FloatArray) -> int:
     return lost
 
 
-def held_periods(steps: FloatArray, time: FloatArray) -> FloatArray:
+def held_share(time: FloatArray) -> FloatArray:
     """
-    Return the part of each step for which its effort holds, (N,), 1 for all of it.
+    Return the part of each step for which its effort holds, (N - 1,), 1 for all of it.
 
     Where a recorder lost m - 1 samples of an even clock, an effort is that of the last of m
     periods, or of the first, and the others are not known: 1 / m. Where a loop itself took longer,
     by any time, its command was held, or its mean taken, for all of it.
 
-    :param steps: steps between samples (N,) [s].
-    :param time: stamps of all samples [s], which tell the one from the other.
+    :param time: stamps (N,) [s].
     """
-    known = np.diff(time)
-    known = known[known > 0.0]
+    steps = np.diff(time)
+    known = steps[steps > 0.0]
     period = float(np.median(known)) if len(known) else np.inf
     # What is longer is a hole, by whatever made it.
     long = known[(known > _LONG * period) & (known < HOLE * period)] / period

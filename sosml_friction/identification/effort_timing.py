@@ -11,6 +11,7 @@ import numpy as np
 from scipy.stats import truncnorm
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.even_stretches import UNEVEN
 from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
 from sosml_friction.identification.number_text import of_joint, plus_minus
 from sosml_friction.identification.shared_time import precision_of, shared_time, told_once
@@ -21,9 +22,6 @@ from sosml_friction.regression.rival import VERY_STRONG
 
 #: What a finding about it is called, and one about a hold that was stated.
 TIMING, STATED = 'effort_timing', 'effort_hold'
-#: Share of an interval by which a delay may be off, as its column is linear: of efforts that hold
-#: for uneven steps 0.01 (``pytest test/identification/test_effort_timing.py -k uneven``).
-_LINEAR = 0.1
 #: Standard deviation of what is anywhere within an interval alike, as a share of it.
 _ANYWHERE = float(1.0 / np.sqrt(12.0))
 
@@ -95,9 +93,13 @@ class EffortTiming:
         )
 
     def contradicts(self, hold: str, step: float) -> bool:
-        """Tell whether the motion very strongly says another time than a stated hold does."""
+        """
+        Tell whether the motion very strongly says another time than a stated hold does.
+
+        By less than what steps that count as even make it later it contradicts none.
+        """
         off = self.delay_s - _delay(hold, step)
-        return abs(off) > _LINEAR * step and off**2 > VERY_STRONG * self.std_error**2
+        return abs(off) > UNEVEN * step and off**2 > VERY_STRONG * self.std_error**2
 
     def contradiction(self, hold: str, step: float, joint: str = ALL_JOINTS) -> str:
         """Return for a person that the motion contradicts a stated hold, without a full stop."""

@@ -14,7 +14,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 
 from sosml_friction.arrays import BoolArray, Entry, FloatArray
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import held_periods
+from sosml_friction.bags.sampling import held_share
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.effort_timing import EffortTiming
@@ -135,6 +135,8 @@ class WeakForm:
         self.time = log.time
         steps = np.diff(self.time)
         self._step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.inf
+        # Of the step before each sample.
+        self._held = np.append(1.0, held_share(self.time))
         # A cubic needs more than four samples.
         self._half = _half_window(self._step)
         gain = np.linalg.norm(savgol_coeffs(2 * self._half + 1, _DEGREE, deriv=1)) / self._step
@@ -183,7 +185,7 @@ class WeakForm:
         Over an interval of m periods m - 1 samples are lost. With their efforts on that line only
         the m-th part of the hold is left: w' - 1/2 = (w - 1/2) / m, w the later sample's weight.
         """
-        lost = 1.0 - held_periods(stretch.samples.h, self.time)
+        lost = 1.0 - self._held[stretch.rows]
         return (0.5 - self._sampler.later_weight) * lost[:, None] * self._rise(stretch)
 
     def _rise(self, stretch: Stretch) -> FloatArray:

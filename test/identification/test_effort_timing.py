@@ -135,8 +135,15 @@ def test_an_effort_that_holds_for_uneven_steps_is_late_by_half_of_each(weight, h
         (fits,) = found.fit.joints.values()
         for name, true in (('coulomb', COULOMB), ('viscous', VISCOUS)):
             p = fits['weak_form'].fit.parameters[name]
+            print(f'{hold}, {stated or "found"}: {name} {p.value:.4f}, {p.std_error:.4f}')
             assert abs(p.value - true) < 3.0 * p.std_error
             assert p.std_error < 0.05 * true
+
+
+@pytest.mark.parametrize(('off', 'contradicts'), [(0.09, False), (0.11, True)])
+def test_a_hold_is_contradicted_by_more_than_steps_that_count_as_even_make_of_it(off, contradicts):
+    assert EffortTiming(off * STEP, 1e-6).contradicts('mean', STEP) == contradicts
+    assert not EffortTiming(off * STEP, off * STEP).contradicts('mean', STEP)
 
 
 @pytest.mark.parametrize(

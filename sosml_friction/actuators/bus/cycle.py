@@ -124,6 +124,7 @@ class BusCycle:
         self._commanded = {own for actuator in actuators for own in actuator.request_ids}
         # Some interfaces hear what they send themselves.
         self._recent: deque[tuple[int, bytes]] = deque(maxlen=_RECENT)
+        # When each was asked last, by the key of its reply.
         self._asked_ns: dict[Hashable, int] = {}
         self._patient: dict[Hashable, tuple[int, Actuator]] = {}
         self._refused = int(getattr(bus, 'refused', 0))
@@ -144,7 +145,6 @@ class BusCycle:
         counters = self.counters
         with self._guard():
             self._drain()
-            self._asked_ns = {key: self._asked_ns[key] for key in self._patient}
             self._check_off()
             missing: set[Hashable] = set()
             pending: dict[Hashable, Request] = {}

@@ -101,7 +101,7 @@ def test_answers_that_are_late_by_less_make_no_false_speed_fault(late_ms):
         cycle = feed(joint, 3.0, cycles=1, start=cycle)
         fastest = max(fastest, joint.known_v)
         assert joint.problem() == ''
-    assert late_ms < 9.0 or fastest > 3.2
+    assert fastest > 3.1
 
 
 @pytest.mark.parametrize(

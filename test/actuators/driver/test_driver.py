@@ -248,7 +248,20 @@ def test_one_sample_per_cycle_stamped_when_it_was_asked_for(lockstep):
     assert steps.mean() == pytest.approx(2e6, rel=1e-3)
     for sample in lockstep.samples:
         assert sample.stamp_ns == max(sample.joint_ns)
-        assert 0 <= sample.skew_ns < 1_000_000
+
+
+def test_the_skew_is_the_time_between_the_questions_to_the_joints(lockstep, monkeypatch):
+    """Each question is 0.3 ms after the one before: the angle of the shoulder, then the elbow."""
+    send, clock = lockstep.bus.send, lockstep.clock
+
+    def slowly(*args, **kwargs):
+        clock.sleep_until_ns(clock.now_ns() + 300_000)
+        send(*args, **kwargs)
+
+    monkeypatch.setattr(lockstep.bus, 'send', slowly)
+    lockstep.run(0.01)
+    shoulder, elbow = lockstep.samples[-1].joint_ns
+    assert lockstep.samples[-1].skew_ns == elbow - shoulder == 300_000
 
 
 def test_velocity_lags_by_ten_milliseconds_and_no_more(lockstep, there_and_back):
