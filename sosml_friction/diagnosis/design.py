@@ -9,7 +9,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import Check, rest_left_out, velocity_lag
 from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.diagnosis.trust import trusting
-from sosml_friction.diagnosis.untold_inertia import untold_inertia
+from sosml_friction.diagnosis.untold_inertia import UNTOLD, untold_inertia
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
@@ -30,7 +30,8 @@ class Design:
 
     ``signals``: the stretches as they were recorded; those of ``laboratory`` may be without rests.
     ``checks``: those of the recordings, and of what the regression shows of them. ``others``: the
-    signals of a recording that is left out, in the same band; None for none.
+    signals of a recording that is left out, in the same band; None for none. ``of_the_model``:
+    inertia is the model's even where the effort contradicts it.
     """
 
     signals: tuple[Signals, ...]
@@ -38,6 +39,7 @@ class Design:
     laboratory: WhitenedRegression
     checks: tuple[Check, ...]
     others: tuple[Signals, ...] | None = None
+    of_the_model: bool = False
 
     @classmethod
     def make(
@@ -77,6 +79,11 @@ class Design:
             result = replace(result, others=tuple(result.laboratory.seen_alike(others)))
         return result
 
+    @property
+    def untold(self) -> tuple[str, ...]:
+        """Return the joints whose inertia is fitted freely, as the effort contradicts it."""
+        return tuple(check.joint for check in self.checks if check.kind == UNTOLD)
+
     def with_free_inertia(self, untold: Mapping[str, Check], step: Step) -> 'Design':
         """Return it with the inertia of these joints fitted freely, which is told."""
         own = self.laboratory.settings
@@ -84,8 +91,18 @@ class Design:
         laboratory = _regression(self.signals, self.library, settings, step)
         return replace(self, laboratory=laboratory, checks=(*self.checks, *untold.values()))
 
+    def with_the_models_inertia(self, step: Step) -> 'Design':
+        """Return it with the inertia of the model where the effort contradicts it, too."""
+        own, untold = self.laboratory.settings, self.untold
+        free = tuple(name for name in own.free_inertia if name not in untold)
+        laboratory = _regression(self.signals, self.library, replace(own, free_inertia=free), step)
+        checks = tuple(check for check in self.checks if check.kind != UNTOLD)
+        return replace(self, laboratory=laboratory, checks=checks, of_the_model=True)
+
     def untold_inertia(self, beside: Sequence[Placed]) -> dict[str, Check]:
         """Return joints whose inertia the model does not tell beside causes, and is not free."""
+        if self.of_the_model:
+            return {}
         free = self.laboratory.settings.free_inertia
         untold = untold_inertia(self.laboratory, beside)
         return {name: check for name, check in untold.items() if name not in free}

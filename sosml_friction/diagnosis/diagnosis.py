@@ -32,12 +32,14 @@ from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.diagnosis.search import Search
 from sosml_friction.diagnosis.trust import check_trust
 from sosml_friction.diagnosis.unstated_friction import unstated_friction
+from sosml_friction.diagnosis.untold_inertia import UNTOLD
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.late_effort import undone
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.terms.effort_delay import EffortDelay
+from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -164,7 +166,41 @@ def _searched(
     step: Step,
     all_friction: bool = False,
 ) -> Diagnosis:
-    """Return what is found in a design."""
+    """Return what is found in a design; an inertia that is contradicted may be a gear's doing."""
+    found = _found(design, model, keep_all, without, step, all_friction)
+    untold = [i for i, name in enumerate(found.names) if name in _untold(found)]
+    if found.verdict != 'unknown_structure' or not untold:
+        return found
+    known = design.with_the_models_inertia(step)
+    beside = _found(known, model, keep_all, without, step, all_friction)
+    return beside if _gear_explains_more(beside, found, untold) else found
+
+
+def _untold(found: Diagnosis) -> set[str]:
+    """Return the joints whose inertia the effort contradicts."""
+    return {check.joint for check in found.checks if check.kind == UNTOLD}
+
+
+def _gear_explains_more(beside: Diagnosis, found: Diagnosis, untold: Sequence[int]) -> bool:
+    """Tell whether a gear that gives leaves less of these joints than an inertia that is free."""
+    if beside.verdict == 'unknown_structure' or beside.selection is None:
+        return False
+    gears = {f.joint for f in beside.selection.accepted if isinstance(f.effect, TransmissionTerm)}
+    if beside.gain is None or found.gain is None or not gears.issuperset(untold):
+        return False
+    left, before = beside.gain.relative_after, found.gain.relative_after
+    return all(left[i] < before[i] for i in untold)
+
+
+def _found(
+    design: Design,
+    model: RobotModelFile,
+    keep_all: bool,
+    without: tuple[str, ...],
+    step: Step,
+    all_friction: bool,
+) -> Diagnosis:
+    """Return the causes that search and judgement leave, and the verdict."""
     search = Search.run(design, step, all_friction)
     step('measuring the gain')
     judged = Judgement.of(search, model, keep_all)
@@ -197,7 +233,7 @@ def _concluded(
     causes += [cause for cause in found if not cause.tolerated]
     # What the model lacks is told before what the data lack.
     causes.sort(key=lambda cause: cause.is_fault)
-    verdict = verdict_of(causes, selection)
+    verdict = verdict_of(causes, selection, search.design.untold)
     recommendation = None
     if verdict == 'ambiguous':
         step('looking for an experiment that separates the rivals')
@@ -222,6 +258,7 @@ def _concluded(
             robot.effort_units,
             tolerated,
             unstated_friction(laboratory, kept.after.x / slopes, errors),
+            search.design.untold,
         ),
         gain=judged.gain,
         recommendation=recommendation,

@@ -15,6 +15,9 @@ from sosml_friction.regression.chance import BEYOND_CHANCE
 from sosml_friction.regression.estimate import Placed, estimate
 from sosml_friction.regression.whitened import WhitenedRegression
 
+#: Kind of the check.
+UNTOLD = 'inertia'
+
 
 def untold_inertia(
     laboratory: WhitenedRegression, beside: Sequence[Placed] = ()
@@ -23,9 +26,9 @@ def untold_inertia(
     Return the joints whose effort contradicts the inertia of the model altogether, and the check.
 
     Where inertia fitted freely is smaller beyond chance, and so much that the cause ``inertia`` is
-    impossible, the model's is none of this motion: a wrong model, or acceleration that noise and
-    late stamps of position have spoiled. What the model's inertia would need is no effort that
-    anybody measured then, and it would hide all else.
+    impossible, the model's is none of this motion: a wrong model, acceleration that noise and late
+    stamps of position have spoiled, or a gear that gives between the two. What the model's inertia
+    would need is no effort that anybody measured then, and it would hide all else.
 
     :param beside: causes that are fitted too: what they explain is no error of the inertia. Not
         those of a transmission, which pass on what the inertia needs: it is to be told first.
@@ -48,12 +51,13 @@ def untold_inertia(
         unit = 'kg m2' if robot.effort_units[i] == 'Nm' else 'kg'
         name = robot.names[i]
         result[name] = Check(
-            'inertia',
+            UNTOLD,
             'warning',
             name,
             f'the effort of {name} has an inertia of {plus_minus(seen, Z_95 * error, unit)}, '
-            f'and the model {nominal:.3g}: correct its armature or record faster motion; here the '
-            'inertia is fitted freely, and no gear that gives is looked for',
+            f'and the model {nominal:.3g}: correct its armature, record faster motion, or look '
+            'for play in its gear; here the inertia is fitted freely, and no gear that gives is '
+            'looked for',
             {'seen': seen, 'seen_std_error': error, 'model': nominal},
         )
     return result

@@ -14,6 +14,7 @@ from sosml_friction.diagnosis.decision.leftover import (
     FRICTION_BY,
     REST,
     TONE,
+    TORQUE_BY,
     Leftover,
 )
 from sosml_friction.diagnosis.decision.selection import Selection
@@ -119,11 +120,13 @@ def sentence_of(
     units: tuple[str, ...],
     tolerated: Sequence[Cause] = (),
     unstated: Sequence[str] = (),
+    untold: Sequence[str] = (),
 ) -> str:
     """
     Return the verdict with its numbers, for a person.
 
     :param unstated: friction that the model does not state, in words with the fitted numbers.
+    :param untold: joints whose inertia the effort contradicts.
     """
     end = f' Not stated in the model, and fitted: {"; ".join(unstated)}.' if unstated else ''
     end += (
@@ -145,7 +148,9 @@ def sentence_of(
         if told:
             text += f'; in part it looks like {_told(told, names)}'
         where = _where_unknown(selection, names, units) or _refused(selection, names)
-        where += _tone_instead(selection, names)
+        if untold and not where:
+            where = f'The effort of {", ".join(untold)} contradicts the inertia of the model. '
+        where += _instead(selection, names)
         return (
             f'{text}. {where}{_not_shown(causes)}{gains}'
             f'{_contradicted((*causes, *tolerated))}{end}'
@@ -355,8 +360,8 @@ def _refused(selection: Selection, names: tuple[str, ...]) -> str:
     )
 
 
-def _tone_instead(selection: Selection, names: tuple[str, ...]) -> str:
-    """Return that a tone of time explains more than the best cause, with a blank after it."""
+def _instead(selection: Selection, names: tuple[str, ...]) -> str:
+    """Return what without a name explains more than the best cause, with a blank after it."""
     best = selection.rejected
     if best is None or not best.instead:
         return ''
@@ -384,8 +389,10 @@ def _along(x: Leftover, joint: str, unit: str) -> str:
             f'{joint} depends on {x.axis} in another way: one power of {x.axis} explains more '
             'than what is named'
         )
-    what = f'friction of {joint}' if x.axis.startswith(FRICTION_BY) else joint
-    axis = x.axis.removeprefix(FRICTION_BY)
+    what, axis = joint, x.axis
+    for by, of in ((FRICTION_BY, 'friction'), (TORQUE_BY, 'the torque constant')):
+        if axis.startswith(by):
+            what, axis = f'{of} of {joint}', axis.removeprefix(by)
     which = 'which no cause of the catalogue is: ' if axis in NEIGHBOURS else ''
     if x.period:
         explains = (

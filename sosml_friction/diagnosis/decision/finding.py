@@ -21,7 +21,7 @@ class Finding:
     what ``score.cv_gain`` has to exceed; ``objection``: why it is physically impossible, or '';
     ``reduced``: the cause that it is where its own part is not seen, or ''. ``rivals``: what
     explains as much; ``failed``: the gates that it did not pass. ``instead``: the tones of time
-    that explain more, or ''.
+    or the ripple that explain more, or ''.
     """
 
     effect: Term

@@ -19,6 +19,8 @@ TONE = 'a tone'
 #: Free curves of each axis, and of friction that follows it, in the order of their columns.
 AXES = (SPEED, POSITION, ACCELERATION, LOAD, TIME, *NEIGHBOURS, *NEIGHBOURS)
 FRICTION_BY = 'friction by '
+#: Of what is a share of the torque, as a torque constant that ripples makes it.
+TORQUE_BY = 'torque constant by '
 #: End of the name of two axes, of what is a function of both and no sum of one of each.
 AT_ONCE = ' at once'
 #: Energy of a curve, as a share of that of noise, that deviations within the tolerance, reversals
@@ -50,8 +52,8 @@ class Leftover:
     ``share``: of all that the causes of the joint and it explain; ``least``: the largest share
     beside which the causes are the whole. ``instead``: one power of speed that explains more than
     all causes by speed; ``together``: what the curves of all axes explain, none of them enough by
-    itself, ``axis`` that of the largest. ``hertz``: of a tone. ``period``: of a ripple of friction
-    over position [rad or m].
+    itself, ``axis`` that of the largest. ``hertz``: of a tone. ``period``: of a ripple over
+    position [rad or m].
     """
 
     axis: str

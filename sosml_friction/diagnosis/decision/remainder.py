@@ -17,6 +17,7 @@ from sosml_friction.diagnosis.decision.leftover import (
     FRICTION_BY,
     REST,
     TONE,
+    TORQUE_BY,
     Leftover,
     curve_floor,
 )
@@ -201,40 +202,42 @@ def _ripples(
     joints: Sequence[int],
     named: FloatArray,
 ) -> list[Leftover]:
-    """Return the strongest ripple of friction of each joint."""
+    """Return the strongest ripple of each joint, of its friction or of its torque constant."""
     # Motion that repeats turns around at the same places.
     clear = laboratory.split(far & clear_of_turns(laboratory))
     parts = laboratory.split(left)
     found = []
     for i in joints:
-        stretches, speeds = [], []
+        friction, torque, speeds = [], [], []
         for signals, rows, own in zip(laboratory.signals, parts, clear, strict=True):
-            q, v, sign = (
+            q, v, sign, effort = (
                 signals.band.at_rows(x[:, i])[ORDER:][own[:, i]]
-                for x in (signals.q, signals.v, signals.sign)
+                for x in (signals.q, signals.v, signals.sign, signals.torque)
             )
-            stretches.append(Stretch(rows[own[:, i], i], q, sign))
+            friction.append(Stretch(rows[own[:, i], i], q, sign))
+            torque.append(Stretch(rows[own[:, i], i], q, effort))
             speeds.append(np.abs(v))
         first = laboratory.signals[0]
         # Where cogging is looked for, as far as half of the rows have it within the band.
         usual = max(float(np.median(np.concatenate([*speeds, [0.0]]))), 1e-300)
         tried = np.array([float(inner['frequency']) for inner in Cogging().grid(first, i)])
         tried = tried[tried < 2.0 * np.pi * first.band.cutoff / usual]
-        ripple = strongest_ripple(stretches, tried)
+        what = {FRICTION_BY: friction, TORQUE_BY: torque}
+        ripples = {name: strongest_ripple(each, tried) for name, each in what.items()}
+        name, ripple = max(ripples.items(), key=lambda item: item[1].energy)
         if not ripple.tried:
             continue
-        count = sum(len(x.left) for x in stretches)
+        count = sum(len(x.left) for x in friction)
         # The price of three parameters, one of them the best of many, and clear evidence.
-        price = 3.0 * float(np.log(count)) + 2.0 * float(np.log(ripple.tried))
+        lines = sum(each.tried for each in ripples.values())
+        price = 3.0 * float(np.log(count)) + 2.0 * float(np.log(lines))
         # Of the rows, as many say something of it as a band up to it at top speed would have.
         hertz = ripple.frequency * float(first.scales.speed[i]) / (2.0 * np.pi)
         floor = max(RIPPLE * count * min(1.0, hertz / first.band.cutoff), price + VERY_STRONG)
         share = ripple.energy / max(float(named[i]) + ripple.energy, 1e-300)
         period = 2.0 * np.pi / ripple.frequency
         found.append(
-            Leftover(
-                f'{FRICTION_BY}{POSITION}', i, ripple.energy, floor, share, REST, period=period
-            )
+            Leftover(f'{name}{POSITION}', i, ripple.energy, floor, share, REST, period=period)
         )
     return found
 

@@ -13,6 +13,7 @@ from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.tones import tone_in_place
+from sosml_friction.diagnosis.decision.torque_ripple import torque_ripple_in_place
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.chance import BEYOND_CHANCE
@@ -120,12 +121,17 @@ class Selector:
                 continue
             rivals = Rivals(lab, result.system, top, found)
             best = self._as_stated(result, chosen(rivals, self._judged), rivals)
-            if not best.failed and (tone := tone_in_place(lab, result.fit, best)):
-                best = replace(best, instead=tone, failed=(f'{tone} explains more',))
+            if not best.failed and (other := self._in_place(result.fit, best)):
+                best = replace(best, instead=other, failed=(f'{other} explains more',))
             if best.failed:
                 return replace(result, rejected=best)
             result = result.refitted(lab, [*result.accepted, best])
             self.step(f'found {best.effect.identifier}')
+
+    def _in_place(self, fit: Fit, best: Finding) -> str:
+        """Return what without a name is a better reason than a cause, '' for nothing."""
+        tone = tone_in_place(self.laboratory, fit, best)
+        return tone or torque_ripple_in_place(self.laboratory, fit, best, self.scorer.choice)
 
     def _enough(self, accepted: Sequence[Finding]) -> bool:
         """Tell whether no more causes are named: each joint has its own."""

@@ -19,17 +19,22 @@ _HARMONIC = re.compile(r'_\d+$')
 VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'bad_data')
 
 
-def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
-    """Return one of :data:`VERDICTS`; that data are bad is found before there is a selection."""
-    # What only a tone of time explains is not explained, whatever is named beside it.
+def verdict_of(causes: Sequence[Cause], selection: Selection, untold: Sequence[str] = ()) -> str:
+    """
+    Return one of :data:`VERDICTS`; that data are bad is found before there is a selection.
+
+    :param untold: joints whose inertia the effort contradicts: no cause is not that all is well.
+    """
+    # What has no name, a tone or a ripple, explains nothing, whatever is named beside it.
     best = selection.rejected
-    is_a_tone = best is not None and bool(best.instead)
+    has_no_name = best is not None and bool(best.instead)
     # What the data show by themselves, a contact or a late velocity, explains nothing of what is
     # left beside it. Neither does what only an impossible cause explains.
     left = bool(selection.accepted) and _causes_are_not_all(selection)
     if all(cause.shown_by_data for cause in causes):
         left = left or bool(selection.remainder.beyond_chance) or selection.refused is not None
-    if is_a_tone or left or any(not_shown(cause) for cause in causes):
+        left = left or bool(untold)
+    if has_no_name or left or any(not_shown(cause) for cause in causes):
         return 'unknown_structure'
     if any(cause.rivals for cause in causes):
         return 'ambiguous'

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""A ripple of friction over position that no term of the catalogue has."""
+"""A ripple over position, of friction or of the torque constant, that no term has."""
 
 from __future__ import annotations
 
@@ -20,20 +20,23 @@ FREQUENCY = 2.0 * np.pi * 130.0
 LINES = np.arange(60.0, 2000.0, 8.0)
 
 
-def passes(seed, size, friction=0.0, count=8000):
-    """Return white noise of variance 1 along sweeps over 0.3 m, with a ripple of friction."""
+def passes(seed, size, steady=0.0, of=np.sign, count=8000):
+    """Return white noise of variance 1 along sweeps over 0.3 m, with a ripple of a weight."""
     rng = np.random.default_rng(seed)
     phase = np.linspace(0.0, 37.3, count)
-    q, sign = 0.15 * np.sin(phase), np.sign(np.cos(phase))
-    left = rng.normal(size=count) + sign * (friction + size * np.cos(FREQUENCY * q + 0.7))
-    return Stretch(left, q, sign)
+    q, weight = 0.15 * np.sin(phase), of(np.cos(phase))
+    left = rng.normal(size=count) + weight * (steady + size * np.cos(FREQUENCY * q + 0.7))
+    return Stretch(left, q, weight)
 
 
-def test_energy_and_frequency_of_a_ripple_are_those_of_the_closed_form():
-    """A^2 / 2 of each row, whatever friction is left beside it, in several stretches."""
-    ripple = strongest_ripple([passes(1, 0.5, 0.3), passes(2, 0.5, 0.3)], LINES)
+@pytest.mark.parametrize('of', [np.sign, lambda x: 3.0 - 2.0 * x])
+def test_energy_and_frequency_of_a_ripple_are_those_of_the_closed_form(of):
+    """A^2 x^2 / 2 of each row of weight x, whatever is steady beside it, in several stretches."""
+    stretches = [passes(seed, 0.5, 0.3, of) for seed in (1, 2)]
+    ripple = strongest_ripple(stretches, LINES)
     assert ripple.frequency == pytest.approx(FREQUENCY, abs=4.0)
-    assert 0.8 < ripple.energy / (0.5 * 0.5**2 * 16000) < 1.1
+    energy = sum(0.5 * 0.5**2 * x.weight @ x.weight for x in stretches)
+    assert 0.8 < ripple.energy / energy < 1.1
 
 
 def test_noise_has_a_line_as_chance_says():
@@ -50,14 +53,18 @@ def test_a_joint_that_stands_or_has_no_room_has_no_ripple():
     assert strongest_ripple([], LINES).tried == 0
 
 
-def slider_log(ripple, seed=3):
+#: Motion in which friction is most of the effort, and in which inertia is [m, rad/s].
+SLOW, FAST = ((0.08, 0.9), (0.02, 2.1)), ((0.2, 1.1), (0.1, 3.1, 1.0), (0.05, 4.7, 2.0))
+
+
+def slider_log(ripple, lines=SLOW, frequency=FREQUENCY, viscous=200.0, seed=3):
     """Return a slider whose motor constant has a ripple, a share of itself, over position."""
-    model = slider_model(20.0, 200.0)
+    model = slider_model(20.0, viscous)
     t = np.arange(0.0, 40.0, 4e-3)
-    q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
-    friction = 20.0 * smooth_sign(q, v) + 200.0 * v
+    q, v, a = sines(t, lines)
+    friction = 20.0 * smooth_sign(q, v) + viscous * v
     tau = SLIDER_MASS * a + friction
-    tau = tau * (1.0 + ripple * np.cos(FREQUENCY * q))
+    tau = tau * (1.0 + ripple * np.cos(frequency * q))
     tau += np.random.default_rng(seed).normal(0.0, 1.0, len(t))
     return model, recording(('slider',), t, q, tau)
 
@@ -69,6 +76,17 @@ def test_a_ripple_of_the_motor_constant_is_no_all_clear():
     (axis,) = [x for x in found.structure['axes'] if x['period'] and x['unknown']]
     assert axis['period'] == pytest.approx(1.0 / 130.0, rel=0.01)
     assert 'friction of slider has a ripple over position, of period 0.007' in found.sentence
+
+
+def test_a_ripple_of_an_effort_that_is_no_friction_is_of_the_torque_constant():
+    """Cogging of 1.9 +- 0.4 N was named, which is how large such a ripple is on the average."""
+    model, log = slider_log(0.05, FAST, 2.0 * np.pi * 12.0, 20.0)
+    found = diagnose([log], model)
+    assert found.verdict == 'unknown_structure'
+    assert 'the torque constant of slider has a ripple over position' in found.sentence
+    assert found.rejected['effect'] == 'cogging'
+    told = 'a ripple of its torque constant over position (period 0.0833 m) explains more'
+    assert found.rejected['failed'] == [told]
 
 
 def test_without_a_ripple_none_is_told():
