@@ -84,6 +84,16 @@ class Design:
         """Return the joints whose inertia is fitted freely, as the effort contradicts it."""
         return tuple(check.joint for check in self.checks if check.kind == UNTOLD)
 
+    @property
+    def untried(self) -> dict[str, str]:
+        """Return what recordings need that the terms of the library lack in these, by term."""
+        tried = {candidate.effect.identifier for candidate in self.laboratory.candidates}
+        return {
+            name: term.needs
+            for name, term in self.library.items()
+            if term.needs and name not in tried
+        }
+
     def with_free_inertia(self, untold: Mapping[str, Check], step: Step) -> 'Design':
         """Return it with the inertia of these joints fitted freely, which is told."""
         own = self.laboratory.settings

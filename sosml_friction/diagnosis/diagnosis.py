@@ -259,6 +259,7 @@ def _concluded(
             tolerated,
             unstated_friction(laboratory, kept.after.x / slopes, errors),
             search.design.untold,
+            search.design.untried,
         ),
         gain=judged.gain,
         recommendation=recommendation,

@@ -3,7 +3,7 @@
 """A diagnosis in words, for a person."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -121,12 +121,14 @@ def sentence_of(
     tolerated: Sequence[Cause] = (),
     unstated: Sequence[str] = (),
     untold: Sequence[str] = (),
+    untried: Mapping[str, str] | None = None,
 ) -> str:
     """
     Return the verdict with its numbers, for a person.
 
     :param unstated: friction that the model does not state, in words with the fitted numbers.
     :param untold: joints whose inertia the effort contradicts.
+    :param untried: by term that was not looked for, what recordings need for it.
     """
     end = f' Not stated in the model, and fitted: {"; ".join(unstated)}.' if unstated else ''
     end += (
@@ -151,6 +153,8 @@ def sentence_of(
         if untold and not where:
             where = f'The effort of {", ".join(untold)} contradicts the inertia of the model. '
         where += _instead(selection, names)
+        for name, needs in (untried or {}).items():
+            where += f'{words(name).capitalize()} is not looked for, which needs {needs}. '
         return (
             f'{text}. {where}{_not_shown(causes)}{gains}'
             f'{_contradicted((*causes, *tolerated))}{end}'

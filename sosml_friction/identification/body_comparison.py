@@ -172,7 +172,9 @@ class BodyComparison:
 
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
-            doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
+            doubt = None
+            if tolerance != 0.0:
+                doubt = BodyDoubt.of(fit.laboratory, fit.estimate.fit, fit.armature)
 
             @cache
             def fitted_friction() -> FrictionBeside:

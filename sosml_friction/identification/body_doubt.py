@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.regression.evidence import UNIFORM, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -20,7 +22,7 @@ class BodyDoubt:
     Hold what a recording says of bodies that the model keeps: what they are off by.
 
     ``rigid`` (p,): which numbers, ten of each body and then the rotors; ``mean`` (p,) of what they
-    are off by, given the recording; ``roots`` (p, p): R with R R' its covariance.
+    are off by, given the recording; ``roots`` (p, k): R with R R' its covariance.
     """
 
     rigid: IndexArray
@@ -28,20 +30,36 @@ class BodyDoubt:
     roots: FloatArray
 
     @classmethod
-    def of(cls, laboratory: WhitenedRegression, fit: Fit) -> BodyDoubt:
-        """Return the doubt that a regression leaves, each number anywhere in its tolerance."""
+    def of(
+        cls,
+        laboratory: WhitenedRegression,
+        fit: Fit,
+        armature: Mapping[str, Parameter],
+    ) -> BodyDoubt:
+        """
+        Return the doubt that a regression leaves, each number anywhere in its tolerance.
+
+        :param armature: by joint, that of the model for rotors that were fitted: beside bodies
+            that are off by ``mean`` it is another one. What it is unsure by is said with it.
+        """
         nominal, prior = laboratory.nominal, fit.system.prior_weight()
-        # A rotor of which nothing is known is fitted, and its variance is said with it.
-        known = prior[nominal.rigid_columns] > 0.0
-        own = nominal.rigid_columns[known]
+        columns = nominal.rigid_columns
+        known = prior[columns] > 0.0
+        own = columns[known]
         weight = prior.copy()
         weight[own] /= UNIFORM
         mean, P, _ = _posterior(fit, rows_worth(laboratory, fit, own, weight), weight)
         P = P[np.ix_(own, own)]
         size = np.sqrt(np.diag(P))
         values, vectors = np.linalg.eigh(P / size / size[:, None])
-        spread = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-        return cls(nominal.rigid[known], mean[own], spread)
+        roots = np.zeros((len(columns), len(own)))
+        roots[known] = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        off, robot = mean[columns], laboratory.robot
+        for k in np.flatnonzero(~known):
+            joint = int(nominal.rigid[k]) - 10 * robot.n
+            its = armature[robot.names[joint]]
+            off[k] += robot.armature[joint] - its.value
+        return cls(nominal.rigid, off, roots)
 
     def efforts(self, robot: Robot, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Return what these bodies add to friction, (N, n, 1 + p): the mean, then each root."""

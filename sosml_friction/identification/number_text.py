@@ -114,16 +114,34 @@ def value_text(name: str, parameter: Parameter) -> str:
 
 
 def number_text(name: str, parameter: Parameter) -> str:
-    """Return a value with half of its 95 % interval, or the range that the data allow."""
+    """Return a value with its 95 % interval, or the range that the data allow."""
     half = half_width(parameter)
     if NOT_IDENTIFIABLE in parameter.flags:
         return range_text(name, parameter) or 'not told by these data'
     if not (half > 0.0 and math.isfinite(half)):
         return value_text(name, parameter)
-    if not math.isfinite(parameter.std_error) and parameter.interval is not None:
-        # From a profile, lopsided: half of it is no error of the value.
-        return f'{value_text(name, parameter)} ({format_interval(*parameter.interval)})'
-    return plus_minus(parameter.value, half)
+    return with_interval(parameter)
+
+
+def with_interval(parameter: Parameter, unit: str = '') -> str:
+    """Return a value with half of its 95 % interval, or with its ends where half is no error."""
+    half, interval = half_width(parameter), finite_interval(parameter)
+    if interval is None or not _lopsided(parameter, half):
+        return plus_minus(parameter.value, half, unit)
+    end = f' {unit}' if unit else ''
+    return f'{value_text("", parameter)}{end} ({format_interval(*interval)})'
+
+
+def _lopsided(parameter: Parameter, half: float) -> bool:
+    """
+    Tell whether half of an interval is no error of its value: it is about another one.
+
+    By more than a tenth of it, as two digits of it are told; one of a profile in any case.
+    """
+    assert parameter.interval is not None
+    if not math.isfinite(parameter.std_error):
+        return True
+    return abs(sum(parameter.interval) / 2.0 - parameter.value) > 0.1 * half
 
 
 def error_text(parameter: Parameter) -> str:

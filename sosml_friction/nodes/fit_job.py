@@ -15,8 +15,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
-from sosml_friction.identification.number_text import plus_minus
-from sosml_friction.identification.parameter_interval import half_width
+from sosml_friction.identification.number_text import with_interval
 from sosml_friction.one_thread import in_one_thread
 from sosml_friction.report.fit.results import write_results
 
@@ -143,7 +142,7 @@ def summary(analysis: BagAnalysis) -> str:
         coulomb = joint.friction.parameters['coulomb']
         viscous = joint.friction.parameters['viscous']
         parts.append(
-            f'{name}: coulomb {plus_minus(coulomb.value, half_width(coulomb), coulomb.unit)}, '
-            f'viscous {plus_minus(viscous.value, half_width(viscous), viscous.unit)}'
+            f'{name}: coulomb {with_interval(coulomb, coulomb.unit)}, '
+            f'viscous {with_interval(viscous, viscous.unit)}'
         )
     return '; '.join(parts)

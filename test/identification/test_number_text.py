@@ -15,6 +15,7 @@ from sosml_friction.identification.number_text import (
     format_interval,
     format_number,
     interval_text,
+    number_text,
     plus_minus,
     value_text,
 )
@@ -72,6 +73,19 @@ def test_no_sentence_writes_an_error_in_digits_of_its_own():
     root = Path(sosml_friction.__file__).parent
     own = [p.name for p in root.rglob('*.py') if '± {' in p.read_text(encoding='utf-8')]
     assert own == ['number_text.py']
+
+
+@pytest.mark.parametrize(
+    ('interval', 'text'),
+    [
+        ((0.060, 0.084), '0.072 ± 0.012'),
+        # The middle is off by less than two digits of half of it tell.
+        ((0.061, 0.085), '0.072 ± 0.012'),
+        ((0.0553, 0.0786), '0.0720 (0.0553 to 0.0786)'),
+    ],
+)
+def test_an_interval_that_is_not_about_its_value_is_told_by_its_ends(interval, text):
+    assert number_text('coulomb', Parameter(0.072, 'Nm', 0.006, interval)) == text
 
 
 @settings(deadline=None)

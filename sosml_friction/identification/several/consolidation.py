@@ -20,8 +20,7 @@ from sosml_friction.identification.law.law_stack import (
     row_noise,
     stack_rows,
 )
-from sosml_friction.identification.number_text import plus_minus
-from sosml_friction.identification.parameter_interval import half_width
+from sosml_friction.identification.number_text import with_interval
 from sosml_friction.identification.several.bag_agreement import Agreement, find_agreement
 from sosml_friction.identification.several.bag_roles import ROLES, BagRole
 from sosml_friction.model.laws import law_definition, unit_of
@@ -439,9 +438,7 @@ def spread_over(bags: Mapping[str, Parameter]) -> Parameter:
     between = max(0.0, (q - (len(values) - 1)) / float(w.sum() - w @ w / w.sum()))
     w = 1.0 / (1.0 / w + between)
     ends = np.array([p.interval or (np.nan, np.nan) for p in known.values()])
-    told = ', '.join(
-        f'{label} {plus_minus(p.value, half_width(p), p.unit)}' for label, p in known.items()
-    )
+    told = ', '.join(f'{label} {with_interval(p, p.unit)}' for label, p in known.items())
     return Parameter(
         float(w @ values / w.sum()),
         next(iter(known.values())).unit,

@@ -35,6 +35,7 @@ class ThermalDrift(EffortTerm):
     }
     inner: ClassVar[Mapping[str, str]] = {'time_constant': 's'}
     refined: ClassVar[tuple[str, ...]] = ('time_constant',)
+    needs: ClassVar[str] = f'recordings of more than {_SHORTEST:g} s or temperatures'
     axis: ClassVar[str] = 'time'
     free_axis: ClassVar[str] = 'speed'
 

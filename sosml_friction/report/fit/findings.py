@@ -22,6 +22,7 @@ from sosml_friction.identification.number_text import (
     range_text,
     rounded,
     value_text,
+    with_interval,
 )
 from sosml_friction.identification.parameter_interval import (
     covers,
@@ -280,7 +281,7 @@ def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
 def _with_error(parameter: Parameter) -> str:
     half = half_width(parameter)
     unknown = '' if math.isfinite(half) else ' (uncertainty unknown)'
-    return plus_minus(parameter.value, half, parameter.unit) + unknown
+    return with_interval(parameter, parameter.unit) + unknown
 
 
 def _quantity(name: str, parameter: Parameter, what: str) -> str:

@@ -76,6 +76,9 @@ def test_a_ripple_of_the_motor_constant_is_no_all_clear():
     (axis,) = [x for x in found.structure['axes'] if x['period'] and x['unknown']]
     assert axis['period'] == pytest.approx(1.0 / 130.0, rel=0.01)
     assert 'friction of slider has a ripple over position, of period 0.007' in found.sentence
+    # What 40 s do not show is no reason to look elsewhere.
+    untried = 'Thermal drift is not looked for, which needs recordings of more than 200 s'
+    assert untried in found.sentence
 
 
 def test_a_ripple_of_an_effort_that_is_no_friction_is_of_the_torque_constant():

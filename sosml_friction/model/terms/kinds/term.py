@@ -56,6 +56,7 @@ class Term(ABC):
     same columns but at reversals and rest; ``inseparable``: terms that joint sensors cannot
     tell from it at all; ``told_apart``: by other term, the condition that separates the two
     and what is seen then. ``worn``: it comes with a person or cable and goes with them;
+    ``needs``: what recordings lack where they are too short or too poor to show it;
     ``with_body``: inner parameters that are in proportion to the nominal body, and as wrong;
     ``size_known``: its numbers are right within their errors, not only that it is there;
     ``unspoken``: parameters that a sentence leaves out; ``at_reversals``: it acts there, and what
@@ -89,6 +90,7 @@ class Term(ABC):
     inseparable: ClassVar[tuple[str, ...]] = ()
     told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {}
     worn: ClassVar[bool] = False
+    needs: ClassVar[str] = ''
     size_known: ClassVar[bool] = True
     with_body: ClassVar[tuple[str, ...]] = ()
     unspoken: ClassVar[tuple[str, ...]] = ()
