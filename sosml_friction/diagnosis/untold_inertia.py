@@ -56,8 +56,7 @@ def untold_inertia(
             name,
             f'the effort of {name} has an inertia of {plus_minus(seen, Z_95 * error, unit)}, '
             f'and the model {nominal:.3g}: correct its armature, record faster motion, or look '
-            'for play in its gear; here the inertia is fitted freely, and no gear that gives is '
-            'looked for',
+            'for play in its gear; here the inertia is fitted freely',
             {'seen': seen, 'seen_std_error': error, 'model': nominal},
         )
     return result

@@ -128,8 +128,9 @@ def with_interval(parameter: Parameter, unit: str = '') -> str:
     half, interval = half_width(parameter), finite_interval(parameter)
     if interval is None or not _lopsided(parameter, half):
         return plus_minus(parameter.value, half, unit)
-    end = f' {unit}' if unit else ''
-    return f'{value_text("", parameter)}{end} ({format_interval(*interval)})'
+    text = format_number(parameter.value, _uncertainty(parameter)) + (f' {unit}' if unit else '')
+    bound = ', at bound' if AT_BOUND in parameter.flags else ''
+    return f'{text} ({format_interval(*interval)}{bound})'
 
 
 def _lopsided(parameter: Parameter, half: float) -> bool:
