@@ -9,7 +9,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import Check, rest_left_out, velocity_lag
 from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.diagnosis.trust import trusting
-from sosml_friction.diagnosis.untold_inertia import UNTOLD, untold_inertia
+from sosml_friction.diagnosis.untold_inertia import UNTOLD, untold_inertia, untold_joints
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
@@ -82,7 +82,7 @@ class Design:
     @property
     def untold(self) -> tuple[str, ...]:
         """Return the joints whose inertia is fitted freely, as the effort contradicts it."""
-        return tuple(check.joint for check in self.checks if check.kind == UNTOLD)
+        return untold_joints(self.checks)
 
     @property
     def untried(self) -> dict[str, str]:

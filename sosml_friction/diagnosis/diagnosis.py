@@ -32,7 +32,7 @@ from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.diagnosis.search import Search
 from sosml_friction.diagnosis.trust import check_trust
 from sosml_friction.diagnosis.unstated_friction import unstated_friction
-from sosml_friction.diagnosis.untold_inertia import UNTOLD
+from sosml_friction.diagnosis.untold_inertia import untold_joints
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.late_effort import undone
@@ -168,17 +168,12 @@ def _searched(
 ) -> Diagnosis:
     """Return what is found in a design; an inertia that is contradicted may be a gear's doing."""
     found = _found(design, model, keep_all, without, step, all_friction)
-    untold = [i for i, name in enumerate(found.names) if name in _untold(found)]
+    untold = [found.names.index(name) for name in untold_joints(found.checks)]
     if found.verdict != 'unknown_structure' or not untold:
         return found
     known = design.with_the_models_inertia(step)
     beside = _found(known, model, keep_all, without, step, all_friction)
     return beside if _gear_explains_more(beside, found, untold) else found
-
-
-def _untold(found: Diagnosis) -> set[str]:
-    """Return the joints whose inertia the effort contradicts."""
-    return {check.joint for check in found.checks if check.kind == UNTOLD}
 
 
 def _gear_explains_more(beside: Diagnosis, found: Diagnosis, untold: Sequence[int]) -> bool:

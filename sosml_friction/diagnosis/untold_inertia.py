@@ -19,6 +19,11 @@ from sosml_friction.regression.whitened import WhitenedRegression
 UNTOLD = 'inertia'
 
 
+def untold_joints(checks: Sequence[Check]) -> tuple[str, ...]:
+    """Return the joints of which checks say so."""
+    return tuple(check.joint for check in checks if check.kind == UNTOLD)
+
+
 def untold_inertia(
     laboratory: WhitenedRegression, beside: Sequence[Placed] = ()
 ) -> dict[str, Check]:

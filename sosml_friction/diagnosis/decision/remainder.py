@@ -40,10 +40,11 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: cause: three times the largest of 42 recordings, 0.0076, which is 0.0070 since position is
 #: smoothed by a low-pass that is flat (``python -m validation.leftovers --seed 424242``).
 ALL = 0.023
-#: Energy of a ripple of friction over position, as a share of that of noise in the part of the
-#: band in which it is at top speed. Three times the largest share of all noise of 126 such
-#: recordings, 0.0107 (``--recordings 42``; a curve of them has 0.0034, all curves together
-#: 0.0087). Of a part of the band, the largest of 42 has 0.39 of its floor (``--seed 20261272``).
+#: Energy of a ripple over position, as a share of that of noise in the part of the band in which
+#: it is at top speed. Three times the largest share of all noise of 126 such recordings, of
+#: friction alone, 0.0107 (``--recordings 42``; a curve of them has 0.0034, all curves together
+#: 0.0087). Of a part of the band, and of friction or torque constant, the largest of 30 has 0.45
+#: of its floor (``--seed 20261275 --recordings 10``).
 RIPPLE = 0.03
 #: By how much more one power of speed has to explain, beside ``VERY_STRONG``, as a share of what
 #: is named: by so much an effect of the catalogue in other equations may differ.

@@ -82,7 +82,7 @@ def test_a_ripple_of_the_motor_constant_is_no_all_clear():
 
 
 def test_a_ripple_of_an_effort_that_is_no_friction_is_of_the_torque_constant():
-    """Cogging of 1.9 +- 0.4 N was named, which is how large such a ripple is on the average."""
+    """Cogging was named."""
     model, log = slider_log(0.05, FAST, 2.0 * np.pi * 12.0, 20.0)
     found = diagnose([log], model)
     assert found.verdict == 'unknown_structure'
