@@ -128,8 +128,11 @@ class _Walk:
         """Return the best fit with some inner parameters of the term held."""
         own = self.now[-1]
         start = [*self.now[:-1], own.with_inner(self.laboratory, {**own.inner, **inner})]
+        first = self.laboratory.signals[0]
         everything = frozenset(
-            (k, name) for k, each in enumerate(start[:-1]) for name in each.term.refined
+            (k, name)
+            for k, each in enumerate(start[:-1])
+            for name in each.term.searched_inner(first, each.joint)
         )
         mine = frozenset((len(start) - 1, name) for name in held)
         self.now = settle(self.laboratory, start, held=everything | mine) if held else start
@@ -147,7 +150,7 @@ class _Walk:
         """Return where an inner parameter leaves the limit, and the points before."""
         self.now = self.placed
         own = self.placed[-1]
-        low, high = own.term.inner_bounds(self.laboratory.signals[0], own.joint)[name]
+        low, high = own.term.searched_inner(self.laboratory.signals[0], own.joint)[name]
         value, root = float(own.inner[name]), 0.0
         passed: list[ProfilePoint] = []
         while True:

@@ -21,6 +21,7 @@ from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous, power_columns
 from sosml_friction.model.terms.viscous_asymmetry import ViscousAsymmetry
 from sosml_friction.regression.column_norms import column_norms, told_beside
+from sosml_friction.regression.kernels import ROWS_AT_ONCE
 
 #: Iterations for Huber's weights end when no weight changes by more than the first number, or
 #: after the second. Chosen, no measurement.
@@ -31,8 +32,6 @@ _SPEEDS = 200
 #: Others stand for a column if they leave less than this share of the largest one: the square root
 #: of rounding, so that sums of squares are exact.
 _LEFT = 1e-8
-#: Rows that are reduced at a time; it bounds the memory.
-_BLOCK = 20_000
 #: So few rows are solved as they are: a triangle of 50 takes about as long as their solution.
 #: Chosen, no measurement.
 _FEW = 100
@@ -417,8 +416,8 @@ def spanning(columns: FloatArray) -> IndexArray:
 def triangle(root: FloatArray, *columns: FloatArray) -> FloatArray:
     """Return R of the QR decomposition of root (M,) times columns, from blocks of their rows."""
     R = np.empty((0, sum(each.shape[1] for each in columns)))
-    for first in range(0, len(columns[0]), _BLOCK):
-        rows = slice(first, first + _BLOCK)
+    for first in range(0, len(columns[0]), ROWS_AT_ONCE):
+        rows = slice(first, first + ROWS_AT_ONCE)
         block = np.column_stack([each[rows] for each in columns]) * root[rows, None]
         R = np.asarray(np.linalg.qr(np.vstack([R, block]) if first else block, mode='r'))
     return R

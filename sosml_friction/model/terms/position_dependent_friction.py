@@ -23,12 +23,13 @@ class PositionDependentFriction(EffortTerm):
     Add s (A cos w q + B sin w q): friction with w periods per rad or m, its sign by direction.
 
     ``frequency`` w [rad/rad or rad/m]: 1 and 2 per turn, as of an eccentric wheel; along a slide
-    the multiples of half a period in the range of motion, which together make any course.
+    any from half a period to three in the range of motion, of which a few make any course.
     """
 
     identifier: ClassVar[str] = 'position_dependent_friction'
     amplitudes: ClassVar[Mapping[str, str]] = {'cosine': '{effort}', 'sine': '{effort}'}
     inner: ClassVar[Mapping[str, str]] = {'frequency': 'rad/{length}'}
+    refined: ClassVar[tuple[str, ...]] = ('frequency',)
     axis: ClassVar[str] = 'position'
     free_axis: ClassVar[str] = 'position'
     repeats: ClassVar[bool] = True
@@ -48,6 +49,13 @@ class PositionDependentFriction(EffortTerm):
             return ({'frequency': 1.0}, {'frequency': 2.0})
         half = np.pi / float(signals.scales.span[joint])
         return tuple({'frequency': k * half} for k in range(1, 2 * _PERIODS + 1))
+
+    def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the ends of its grid along a slide; a turn is known."""
+        if signals.length_unit(joint) == 'rad':
+            return {}
+        half = np.pi / float(signals.scales.span[joint])
+        return {'frequency': (half, 2 * _PERIODS * half)}
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""

@@ -13,7 +13,7 @@ RNG = np.random.default_rng(5)
 
 
 def test_a_triangle_of_blocks_has_the_gram_matrix_of_all_rows(monkeypatch):
-    monkeypatch.setattr('sosml_friction.identification.law.law_problem._BLOCK', 7)
+    monkeypatch.setattr('sosml_friction.identification.law.law_problem.ROWS_AT_ONCE', 7)
     a, b = RNG.normal(size=(100, 3)), RNG.normal(size=(100, 2))
     root = RNG.uniform(0.5, 1.0, 100)
     R, X = triangle(root, a, b), root[:, None] * np.column_stack([a, b])
