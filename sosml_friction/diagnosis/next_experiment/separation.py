@@ -78,8 +78,13 @@ def _nominal(laboratory: WhitenedRegression, stretch: Stretch) -> FloatArray:
 
 
 def _whitened(laboratory: WhitenedRegression, stretch: Stretch, columns: FloatArray) -> FloatArray:
-    """Return columns (N, n, ...) along a stretch as the laboratory has its own (rows, n, ...)."""
+    """
+    Return columns (N, n, ...) along a stretch as the laboratory has its own (rows, n, ...).
+
+    Of a joint whose effort no recording tells no noise is known: it takes no part.
+    """
     whitened = whiten_all([stretch.signals.band.apply(columns)], laboratory.noise)
+    whitened[:, sorted(laboratory.nominal.silent)] = 0.0
     if stretch.signals.rests:
         rests = laboratory.whitening.rests([stretch.signals])
         rests.take_out(whitened, range(columns.shape[1]))

@@ -259,6 +259,35 @@ def test_impacts_that_a_gap_or_a_spring_make_are_told_apart_at_the_link():
     assert 'lock the motor' in said.sentence
 
 
+def test_a_joint_whose_effort_is_not_known_takes_no_part_in_what_is_predicted():
+    """Its noise is not known: whatever stands for it changes no margin."""
+    rng = np.random.default_rng(20261129)
+    q, v, a = motion('multisine')
+    for x, still in ((q, q[0, 1]), (v, 0.0), (a, 0.0)):
+        x[:, 1] = still
+    log = recorded(q, v, a, 'effort_bias', 0, 0.25, rng)
+    effort = log.tau.copy()
+    effort[:, 1] = np.nan
+    model = arm_model(**ARM)
+    log = dataclasses.replace(log, tau=effort)
+    signals = prepare([log], model, model.make_robot(), SETTINGS)
+    laboratory = WhitenedRegression.make(signals, make_library(('cogging',)), SETTINGS)
+    assert laboratory.nominal.silent == {1}
+    one, other = found(laboratory, ('effort_bias', 0), ('asymmetric_friction', 0))
+    cause, against = supposed(laboratory, one), supposed(laboratory, other)
+    first, second = laboratory.noise
+    whitening = dataclasses.replace(
+        laboratory.whitening,
+        noise=(first, dataclasses.replace(second, sigma=second.sigma / 1000.0)),
+    )
+    quieter = dataclasses.replace(laboratory, whitening=whitening)
+    said, same = (
+        {o.name: o.margin for o in weigh(each, cause, against)} for each in (laboratory, quieter)
+    )
+    assert 0.0 < max(said.values()) < 1e6
+    assert same == said
+
+
 @pytest.mark.parametrize('case', PAIRS[:IN_SUITE], ids=lambda case: f'{case[0]}-{case[2]}')
 def test_the_predicted_margin_is_within_a_factor_of_two_of_the_realised_one(case, monkeypatch):
     of_gravity_everywhere(monkeypatch)
