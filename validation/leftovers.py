@@ -8,8 +8,8 @@ What curves and ripples explain of recordings without an effect, on three plants
 The plants are those of ``axis_campaign``, ``campaign`` and ``mujoco_campaign``. Of each joint: the
 energy of its largest curve and of its largest further curve (of two quantities, or of time back
 and forth) as a share of that of noise, the share of what is left that all of its curves explain
-together, and the energy of its largest ripple and of friction by the next joint's position or
-speed over their floors (:mod:`sosml_friction.diagnosis.decision.remainder`); the
+together, and the energy of its largest ripple, of its bursts and of friction by the next joint's
+position or speed over their floors (:mod:`sosml_friction.diagnosis.decision.remainder`); the
 largest mean of what is left, in usual ones (:mod:`sosml_friction.regression.contacts`).
 """
 
@@ -85,7 +85,7 @@ PLANTS: dict[str, Callable[[int, int], Iterator[Null]]] = {
 _BY_THE_NEXT = tuple(f'{FRICTION_BY}{axis}' for axis in NEIGHBOURS)
 HEADS = {
     'plant': '', 'recordings': 'n', 'largest curve': 'n', 'largest further curve': 'n',
-    'largest ripple': 'n', 'all together': 'n', 'friction by the next joint': 'n',
+    'largest ripple': 'n', 'bursts': 'n', 'all together': 'n', 'friction by the next joint': 'n',
     'largest mean': 'n',
 }  # fmt: skip
 
@@ -95,19 +95,20 @@ def largest(found: Diagnosis) -> tuple[float, ...]:
     assert found.selection is not None
     assert found.laboratory is not None
     left, rows = found.selection.remainder, found.laboratory.known
-    curves = [x for x in left.found if not (x.together or x.instead or x.hertz or x.period)]
+    curves = [x for x in left.found if x.form == 'free curve' and not x.together]
     further = [x for x in curves if x.axis.endswith((AT_ONCE, BACK_AND_FORTH))]
     curves = [x for x in curves if x not in further]
     ripples = [x for x in left.found if x.period]
+    bursts = [x for x in left.found if x.form == 'bursts']
     curve, second = (
         max((x.energy / rows[x.joint] for x in some), default=0.0) for some in (curves, further)
     )
     beside = [x for x in curves if x.axis in _BY_THE_NEXT]
-    ripple, beside = (
-        max((x.energy / x.floor for x in some), default=0.0) for some in (ripples, beside)
+    ripple, burst, beside = (
+        max((x.energy / x.floor for x in some), default=0.0) for some in (ripples, bursts, beside)
     )
     mean = float(found.laboratory.contacts.largest.max())
-    return curve, second, ripple, float(left.explained.max()), beside, mean
+    return curve, second, ripple, burst, float(left.explained.max()), beside, mean
 
 
 def main() -> None:

@@ -308,6 +308,8 @@ def _structure(laboratory: WhitenedRegression, selection: Selection) -> dict[str
                 'share': float(x.share),
                 'hertz': x.hertz or None,
                 'period': x.period or None,
+                'bursts': x.bursts or None,
+                'at_s': x.at_s if x.bursts else None,
                 'unknown': x.significant,
             }
             for x in left.found

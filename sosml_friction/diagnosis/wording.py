@@ -11,6 +11,7 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE
 from sosml_friction.diagnosis.decision.leftover import (
     AT_ONCE,
+    BURSTS,
     FRICTION_BY,
     REST,
     TONE,
@@ -35,6 +36,8 @@ _NOT_TOLD = ('step_s', 'jitter_s', 'lag_std_error_s')
 _MOST_NUMBERS = 3
 #: What is said in the place of numbers of a cause whose size would be wrong beyond its error.
 SIZE_UNKNOWN = 'present; its size is not known from these data'
+#: Forms of what is left that are no curve.
+_NO_CURVE = ('tone', 'ripple', 'bursts')
 #: Why causes are taken back.
 _TAKEN_BACK = ((FORWARD_WORSE,), (NOT_RECURRING,))
 #: The sentence in the place of the gain.
@@ -388,6 +391,13 @@ def _along(x: Leftover, joint: str, unit: str) -> str:
     number = f'{percent:.0f}' if percent >= 10.0 else f'{percent:.2g}'
     if x.axis == TONE:
         return f'{joint} has {x.axis} of {x.hertz:.3g} Hz: {number} % of what is left'
+    if x.axis == BURSTS:
+        times = 'a short burst' if x.bursts == 1 else f'{x.bursts} short bursts, the largest'
+        held = f' {number} % of what it and the named causes explain' if x.share < 1.0 else ''
+        return (
+            f'{joint} has {times} at {x.at_s:.2f} s, as of impacts, a touch or wrong values'
+            f'{"," if held else ""}{held}'
+        )
     if x.instead:
         return (
             f'{joint} depends on {x.axis} in another way: one power of {x.axis} explains more '
@@ -428,9 +438,9 @@ def _rest(selection: Selection, names: tuple[str, ...], units: tuple[str, ...]) 
     """Return what free curves explain of the rest, as a sentence with a blank before it."""
     left = selection.remainder
     more = left.beyond_chance
-    lines = [x for x in more if x.hertz or x.period]
+    lines = [x for x in more if x.form in _NO_CURVE]
     text = ''.join(f' {_along(x, names[x.joint], units[x.joint])}.' for x in lines)
-    curved = _joints([x for x in more if not (x.hertz or x.period)])
+    curved = _joints([x for x in more if x.form not in _NO_CURVE])
     if curved:
         parts = [f'{names[i]} {100.0 * left.explained[i]:.0f} %' for i in curved]
         text += (

@@ -47,7 +47,8 @@ _IMPACT, _FEWEST, _MOST_OF_CHANGE = 4.5, 4, 0.5
 #: too. Halved and doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes.
 _RINGING_S = 0.1
 #: Impacts spoil less than this share of the rows in which a joint moves: what most of a motion is
-#: made of is the motion. By definition of a minority.
+#: made of is the motion. What a fit has of a push that the nominal model has not is less than
+#: this share of it. By definition of a minority.
 _MINORITY = 0.5
 
 
@@ -156,21 +157,22 @@ def _impacts(
     """Return the impacts of one joint and the rows (rows,) around them; None for no backlash."""
     around = max(2, round(_FLANKS_S / step))
     windows = [slice(max(0, k - around), k + around) for k in changes]
-    own = [w for k, w in zip(changes, windows, strict=True) if not spoiled[k]]
-    each = np.array([float(np.mean(energy[w])) for w in own])
-    change = np.array([float(np.ptp(load[w])) for w in own])
     inside = np.zeros(len(energy), dtype=bool)
     for window in windows:
         inside[window] = True
     known = moving & ~spoiled
     here, rest = inside & known, ~inside & known
-    if len(each) < _FEWEST or not here.any() or not rest.any():
+    # At rest, where rows say nothing, no impact would be seen.
+    told = [w for w in windows if known[w].mean() > _MINORITY]
+    if len(told) < _FEWEST or not rest.any():
         return None
+    each = np.array([float(np.mean(energy[w][known[w]])) for w in told])
+    change = np.array([float(np.ptp(load[w])) for w in told])
     level = _mean(energy[rest])
     share = float(change[each > _IMPACT * level].sum() / change.sum())
     ratio = float(energy[here].mean()) / level
     if ratio > _IMPACT and share > _MOST_OF_CHANGE:
-        return Impacts(joint, len(changes), share, ratio), inside
+        return Impacts(joint, len(told), share, ratio), inside
     return None
 
 
@@ -207,8 +209,9 @@ def find_contacts(
     :param residual: what the whole library leaves (rows, n) [Nm or N].
     :param load: what the body behind each gear needs (rows, n) [Nm or N], to look for impacts.
     :param moving: rows (rows, n) that say something of a joint; None for all.
-    :param expected: what the nominal model leaves (rows, n) [Nm or N]: a push that is on as often
-        as off is on where this is larger; None for ``residual``.
+    :param expected: what the nominal model leaves (rows, n) [Nm or N]: it has half of a push at
+        least, and one that is on as often as off is on where this is larger; None for
+        ``residual``.
     :param reach: rows that a filter spreads the end of a push over.
     :param wrong: by how much the model may be wrong (rows, n) [Nm or N]; None for nothing.
     :param before: rows (rows, n) of the contacts that a fit with them has, where this one is
@@ -233,22 +236,28 @@ def find_contacts(
     for i in np.flatnonzero(moving.any(axis=0)).tolist():
         mean = np.abs(np.convolve(residual[:, i], np.full(m, 1.0 / m), mode='same'))
         doubt = np.convolve(wrong[:, i], np.full(m, 1.0 / m), mode='same')
-        relative = mean / (_usual(mean[moving[:, i]]) + doubt)
+        relative = mean / (usual(mean[moving[:, i]]) + doubt)
         one_way = mean**2 > 3.0 * _SWINGS * uniform_filter1d(residual[:, i] ** 2, 3 * m)
         relative[~one_way] = 0.0
         largest[i] = relative.max()
         over = maximum_filter1d((relative > _OVER).astype(np.int8), m) > 0
-        kept = [(a, b) for a, b in runs(over) if before is None or before[a:b, i].any()]
+        nominal = (residual if expected is None else expected)[:, i]
+        kept = [
+            (a, b)
+            for a, b in runs(over)
+            if (before is None or before[a:b, i].any())
+            # What touches is in the effort: else the fit that a touch elsewhere bends has made it.
+            and np.abs(nominal[a:b]).sum() > _MINORITY * np.abs(residual[a:b, i]).sum()
+        ]
         if not kept or len(kept) > _MANY or sum(b - a for a, b in kept) > _MOST * rows:
-            nominal = residual if expected is None else expected
             if before is None or before[:, i].any():
                 own, mine = _pushes(
-                    i, residual[:, i], nominal[:, i], moving[:, i], times, m, reach, wrong[:, i]
+                    i, residual[:, i], nominal, moving[:, i], times, m, reach, wrong[:, i]
                 )
                 contacts += own
                 mask[:, i] |= mine
             continue
-        variance = _usual(np.abs(residual[moving[:, i], i])) ** 2
+        variance = usual(np.abs(residual[moving[:, i], i])) ** 2
         for a, b in kept:
             mask[a:b, i] = True
             total = float((residual[a:b, i] ** 2).sum()) / variance
@@ -285,7 +294,7 @@ def _pushes(
             break
     low, high = x[x <= edge], x[x > edge]
     centres = float(np.median(low)), float(np.median(high))
-    within = _usual(np.concatenate([np.abs(low - centres[0]), np.abs(high - centres[1])]))
+    within = usual(np.concatenate([np.abs(low - centres[0]), np.abs(high - centres[1])]))
     apart = centres[1] - centres[0]
     upper = residual > edge
     # Ends of shorter pushes would spoil more than that share of the rows.
@@ -313,7 +322,7 @@ def _pushes(
     return (found, spoiled) if float(spoiled[moving].mean()) <= _MOST_PUSHED else nothing
 
 
-def _usual(sizes: FloatArray) -> float:
+def usual(sizes: FloatArray) -> float:
     """Return the robust standard deviation of what has these absolute values."""
     # Its square is a number still.
     return max(_ROBUST * float(np.median(sizes)), 1e-150)

@@ -46,11 +46,13 @@ class LibraryFit:
     """
     Hold the fit of all candidates together to one joint, by normal equations of columns of norm 1.
 
-    ``norms`` (p,) of the columns that ``act``; ``products`` (p, p) of them, with the ridge.
+    ``told`` (K,): 1 for the rows that take part, 0 for others. ``norms`` (p,) of the columns that
+    ``act``; ``products`` (p, p) of them in these rows, with the ridge.
     """
 
     rows: BandRows
     joint: int
+    told: FloatArray
     act: BoolArray
     norms: FloatArray
     products: FloatArray
@@ -71,7 +73,8 @@ class LibraryFit:
         )
 
     def taken(self, efforts: FloatArray) -> FloatArray:
-        """Return what the fit takes of efforts (K, m) in the rows of all stretches."""
+        """Return what the fit takes of efforts (K, m), in all rows by those that take part."""
+        efforts = efforts * self.told[:, None]
         r, first = np.zeros((len(self.act), efforts.shape[1])), 0
         for s, part in _parts(self.rows):
             X = _design_matrix(self.rows, self.joint, s, part)
@@ -79,7 +82,7 @@ class LibraryFit:
             first += len(X)
         return self.fitted(self.solved(r[self.act] / self.norms[:, None]))
 
-    def inverse_beside(self, columns: ColumnArray, told: FloatArray) -> FloatArray:
+    def inverse_beside(self, columns: ColumnArray) -> FloatArray:
         """
         Return the inverse products (g, l, l) of what the fit leaves of columns (K, g, l).
 
@@ -87,7 +90,7 @@ class LibraryFit:
         """
         shape = (len(self.norms), *columns.shape[1:])
         crossed, whole, first = np.zeros(shape), np.zeros((*shape[1:], shape[2])), 0
-        weights = told.astype(columns.dtype)[:, None, None]
+        weights = self.told.astype(columns.dtype)[:, None, None]
         for s, part in _parts(self.rows):
             X = _design_matrix(self.rows, self.joint, s, part)[:, self.act] / self.norms
             its = slice(first, first + len(X))
@@ -108,8 +111,8 @@ class LibraryResidual:
     """
     Hold what all candidates together leave of each joint, by stretch (K,) [Nm or N].
 
-    ``steady``: the same without a step of effort in time. What changes once is no noise: a model
-    of noise that had it would whiten it away. ``fits``: how it was left.
+    ``steady``: the same without a step in time of effort or of friction. What changes once is no
+    noise: a model of noise that had it would whiten it away. ``fits``: how it was left.
     """
 
     left: list[list[FloatArray]]
@@ -155,31 +158,39 @@ def library_residual(rows: BandRows, pushed: BoolArray | None = None) -> Library
         if pushed is not None:
             told[pushed[:, i]] = 0.0
         G, r, first = np.zeros(()), np.zeros(()), 0
-        sums: list[FloatArray] = []
+        # A step of effort, and one of friction.
+        sign = [s.in_band(s.sign[:, i : i + 1], [i])[:, 0] for s in rows.signals]
+        steps = np.ones(len(effort)), np.concatenate(sign)
+        sums: list[list[FloatArray]] = [[] for _ in steps]
         for s, part in _parts(rows):
             X = _design_matrix(rows, i, s, part)
             its = slice(first, first + len(X))
             first += len(X)
             X *= told[its, None]
             G, r = G + X.T @ X, r + X.T @ effort[its]
-            sums.append(np.add.reduceat(X, np.arange(0, len(X), every)))
+            for own, shape in zip(sums, steps, strict=True):
+                weighted = X * shape[its, None]
+                own.append(np.add.reduceat(weighted, np.arange(0, len(X), every)))
         norms = np.sqrt(np.diag(G))
         act = norms > 0.0
         norms = norms[act]
         G = G[np.ix_(act, act)] / norms / norms[:, None] + ROUNDING * np.eye(len(norms))
-        fit = LibraryFit(rows, i, act, norms, G)
+        fit = LibraryFit(rows, i, told, act, norms, G)
         fits.append(fit)
         residual = effort - fit.fitted(fit.solved(r[act] / norms))
-        left.append(np.split(_without_lines(fit, residual, told), ends))
+        left.append(np.split(_without_lines(fit, residual), ends))
         starts = _starts(rows, every)
-        known = np.concatenate(sums)[:, act] / norms
-        begin, height, beside = _step(residual * told, told, starts, known, G)
-        if not height:
+        found = [
+            (_step(residual, told, shape, starts, np.concatenate(own)[:, act] / norms, G), shape)
+            for own, shape in zip(sums, steps, strict=True)
+        ]
+        (gain, begin, height, beside), shape = max(found, key=lambda one: one[0][0])
+        if not gain:
             steady.append(left[-1])
             continue
         step = fit.fitted(-beside)
-        step[begin:] += 1.0
-        steady.append(np.split(_without_lines(fit, residual - height * step, told), ends))
+        step[begin:] += shape[begin:]
+        steady.append(np.split(_without_lines(fit, residual - height * step), ends))
     return LibraryResidual(left, steady, fits)
 
 
@@ -194,29 +205,36 @@ def _starts(rows: BandRows, every: int) -> IndexArray:
 
 
 def _step(
-    residual: FloatArray, told: FloatArray, starts: IndexArray, sums: FloatArray, G: FloatArray
-) -> tuple[int, float, FloatArray]:
+    residual: FloatArray,
+    told: FloatArray,
+    shape: FloatArray,
+    starts: IndexArray,
+    sums: FloatArray,
+    G: FloatArray,
+) -> tuple[float, int, float, FloatArray]:
     """
-    Return the step in time that is in a residual: its first row, its height, and its fit.
+    Return the step in time that is in a residual: its gain, first row, height, and its fit.
 
-    The height is 0 where there is none. A step at any time gains as chi-squared of one degree of
+    The gain is 0 where there is none. A step at any time gains as chi-squared of one degree of
     freedom has it, times the power of slow noise, which is seen at all other times: the best is
     one if it gains more than the largest of all would by chance.
 
-    :param told: 1 for the rows that say something, 0 for others, whose residual is 0.
+    :param told: 1 for the rows that say something, 0 for others.
+    :param shape: what the step is a multiple of from its time on: 1 for an effort, the sign of
+        motion for a friction.
     :param starts: first rows of the chunks (C,) at which a step is tried.
-    :param sums: of each chunk, the sums of the library's columns (C, p), of size 1.
+    :param sums: of each chunk, the sums (C, p) of the library's columns, of size 1, times it.
     :param G: products of these columns (p, p).
     """
-    after = np.cumsum(np.add.reduceat(residual, starts)[::-1])[::-1]
+    after = np.cumsum(np.add.reduceat(residual * told * shape, starts)[::-1])[::-1]
     D = np.cumsum(sums[::-1], axis=0)[::-1]
     beside = np.linalg.solve(G, D.T)
-    count = np.cumsum(np.add.reduceat(told, starts)[::-1])[::-1]
+    count = np.cumsum(np.add.reduceat(told * shape**2, starts)[::-1])[::-1]
     own = count - np.einsum('cp,pc->c', D, beside)
     # What the library can make of its columns is no step beside it.
     tried = own > COLLINEAR * count
     if not tried.any():
-        return 0, 0.0, np.zeros(len(G))
+        return 0.0, 0, 0.0, np.zeros(len(G))
     own = np.where(tried, own, 1.0)
     gain = np.where(tried, after**2 / own, 0.0)
     best = int(np.argmax(gain))
@@ -226,10 +244,10 @@ def _step(
     others = (after - height * overlap)[tried] ** 2 / own[tried]
     usual = float(np.median(others)) / float(chi2.median(1))
     least = float(chi2.isf(CHANCE / tried.sum(), 1))
-    share = gain[best] / max(float(residual @ residual), 1e-300)
+    share = gain[best] / max(float(np.sum(told * residual**2)), 1e-300)
     if gain[best] <= least * usual or share < NEGLIGIBLE:
-        return 0, 0.0, np.zeros(len(G))
-    return int(starts[best]), height, beside[:, best]
+        return 0.0, 0, 0.0, np.zeros(len(G))
+    return float(gain[best]), int(starts[best]), height, beside[:, best]
 
 
 def _parts(rows: BandRows) -> Iterator[tuple[int, slice]]:
@@ -250,22 +268,22 @@ def _design_matrix(rows: BandRows, joint: int, s: int, part: slice) -> FloatArra
     return np.concatenate(stack, axis=1)
 
 
-def _without_lines(fit: LibraryFit, residual: FloatArray, told: FloatArray) -> FloatArray:
+def _without_lines(fit: LibraryFit, residual: FloatArray) -> FloatArray:
     """
     Return a residual without the strongest points of the large grids.
 
     They are sinusoids of position; left in, the noise model would whiten them away. The strongest
     is fitted beside the library and taken off, again and again, while it takes more than chance
     would. What the library has of a sinusoid differs along its way: its curves follow it where
-    they have many knots, and alone it would stay where they have few.
-
-    :param told: 1 for the rows that say something, 0 for others, of which lines go as well.
+    they have many knots, and alone it would stay where they have few. Rows that take no part lose
+    theirs as well.
     """
+    told = fit.told
     for candidate, parts in fit.rows.in_joint(fit.joint):
         if len(candidate.grid) <= SMALL_GRID:
             continue
         C = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)
-        inverse = fit.inverse_beside(C, told)
+        inverse = fit.inverse_beside(C)
         kept: list[FloatArray] = []
         left = residual
         for _ in range(_LINES):
@@ -276,7 +294,7 @@ def _without_lines(fit: LibraryFit, residual: FloatArray, told: FloatArray) -> F
             energy = float(seen @ seen)
             if gain[best] < NEGLIGIBLE * energy + _CHANCE * energy / len(seen):
                 break
-            kept.append(_line(fit, candidate, best, seen, told))
+            kept.append(_line(fit, candidate, best, seen))
             X = np.concatenate(kept, axis=1)
             size = np.linalg.lstsq(X * told[:, None], residual * told, rcond=1e-9)[0]
             left = residual - X @ size
@@ -284,9 +302,7 @@ def _without_lines(fit: LibraryFit, residual: FloatArray, told: FloatArray) -> F
     return residual
 
 
-def _line(
-    fit: LibraryFit, candidate: Candidate, best: int, seen: FloatArray, told: FloatArray
-) -> FloatArray:
+def _line(fit: LibraryFit, candidate: Candidate, best: int, seen: FloatArray) -> FloatArray:
     """
     Return the columns (K, k) of the line next to a point of a grid, beside the library.
 
@@ -307,14 +323,14 @@ def _line(
     for _ in range(_NEWTON):
         slope = (columns(value + step) - columns(value - step)) / (2.0 * step)
         both = np.hstack([columns(value), slope])
-        both -= fit.taken(both * told[:, None])
+        both -= fit.taken(both)
         X, D = np.split(both, 2, axis=1)
-        size = np.linalg.lstsq(X * told[:, None], seen, rcond=1e-9)[0]
-        turned = np.column_stack([X, D @ size]) * told[:, None]
+        size = np.linalg.lstsq(X * fit.told[:, None], seen, rcond=1e-9)[0]
+        turned = np.column_stack([X, D @ size]) * fit.told[:, None]
         more = float(np.linalg.lstsq(turned, seen, rcond=1e-9)[0][-1])
         value = float(np.clip(value + more, values[0], values[-1]))
     line = columns(value)
-    return line - fit.taken(line * told[:, None])
+    return line - fit.taken(line)
 
 
 def unknown_at_rest(

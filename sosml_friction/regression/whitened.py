@@ -94,7 +94,7 @@ class WhitenedRegression:
             resting = with_rests(signals, turns=unknown)
             rows = rows.without_standstill(resting)
             beyond, pushed = _beside_pushes(rows, resting, settings)
-        whitening = Whitening.fit(rows, beyond[-1], resting, leave_out, settings.tolerance, pushed)
+        whitening = Whitening.fit(rows, beyond, resting, leave_out, settings.tolerance, pushed)
         if kept is not None:
             rows = rows.only(kept)
         y = whitening.apply(rows.residual)

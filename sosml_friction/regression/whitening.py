@@ -44,7 +44,7 @@ class Whitening:
     def fit(
         cls,
         rows: BandRows,
-        library: LibraryResidual,
+        libraries: Sequence[LibraryResidual],
         resting: Sequence[Signals],
         leave_out: bool,
         tolerance: float,
@@ -53,18 +53,24 @@ class Whitening:
         """
         Return the whitening of the noise in a residual.
 
-        :param library: what it leaves: noise is what is steady, and a push need not be.
-        :param pushed: rows of all stretches (rows, n) that it was fitted without, if any.
+        :param libraries: what it leaves, fitted to all rows and, if there are any ``pushed`` ones,
+            without these: noise is what is steady, and a push need not be. Pushes that are none
+            once it is fitted without them take part again.
+        :param pushed: rows of all stretches (rows, n) that the last one was fitted without.
         """
         before = None
         if pushed.any():
             ends = np.cumsum([len(part) for part in rows.residual])[:-1]
             before = np.concatenate([own[ORDER:] for own in np.split(pushed, ends)])
-        contacts = _contacts(rows, library.left, resting, tolerance, before)
+        contacts = _contacts(rows, libraries[-1].left, resting, tolerance, before)
+        library = libraries[-1 if contacts.contacts else 0]
+        spoiled = contacts.mask
+        if before is not None and contacts.contacts:
+            spoiled = spoiled | before
         models = []
         for i in range(rows.signals[0].robot.n):
             least = _LEAST_NOISE * max(float(rows.signals[0].scales.effort[i]), 1e-12)
-            pieces = partial(_pieces, rows.signals, i, leave_out, contacts.mask[:, i])
+            pieces = partial(_pieces, rows.signals, i, leave_out, spoiled[:, i])
             models.append(library.noise(i, pieces, least))
         result = cls(tuple(models), contacts)
         if leave_out or any(s.silent for s in rows.signals):

@@ -47,6 +47,18 @@ def test_what_would_spoil_most_of_a_motion_is_no_impact(noise, changes, found):
     assert spoiled.mean() < 0.5
 
 
+def test_where_a_joint_rests_no_impact_is_missed(noise):
+    """Half of the changes of the load are at rest, where rows are zero: they say nothing."""
+    t, e = noise
+    load = np.sin(2.0 * np.pi * 0.05 * t)[:, None]
+    rests = np.mod(t + 5.0, 20.0) < 10.0
+    e[np.mod(t, 10.0) < 0.06, 0] += 0.5
+    e[rests] = 0.0
+    (impacts,), _ = find_impacts(e, load, STEP, ~rests[:, None])
+    assert impacts.share > 0.9
+    assert impacts.changes == 5
+
+
 @pytest.mark.parametrize('fast_hits', [True, False])
 def test_impacts_are_asked_where_the_load_goes_far_and_not_where_it_hardly_changes(
     noise, fast_hits
@@ -217,22 +229,26 @@ def test_after_a_push_of_one_joint_no_other_is_looked_at(noise):
     assert {c.joint for c in all_found.contacts} == {0, 1}
 
 
-def test_rows_that_say_nothing_change_no_step_in_time(monkeypatch):
+@pytest.mark.parametrize('friction', [False, True])
+def test_rows_that_say_nothing_change_no_step_in_time(monkeypatch, friction):
     """30 N from the middle on; most of it was left to the noise where half was pushed."""
     log = slider_recording(duration=60.0)
-    tau = log.tau + np.where(log.time > 30.0, 30.0, 0.0)[:, None]
+    size = 30.0 * np.sign(np.gradient(log.q, axis=0)) if friction else 30.0
+    tau = log.tau + np.where(log.time[:, None] > 30.0, size, 0.0)
     settings, model = DiagnosisSettings(), slider_model(20.0, 200.0)
     signals = prepare([replace(log, tau=tau)], model, model.make_robot(), settings)
     rows = BandRows.make(signals, {'stribeck': Stribeck()}, settings)
-    find, heights = residuals._step, []
+    find, steps = residuals._step, []
 
     def noted(*given):
         found = find(*given)
-        heights.append(found[1])
+        steps.append((found[0], found[2]))
         return found
 
     monkeypatch.setattr(residuals, '_step', noted)
     turns = np.arange(len(rows.residual[0])) // 50 % 20
     for share in (0.0, 0.25, 0.5, 0.75):
         residuals.library_residual(rows, (turns < 20 * share)[:, None])
+    # Each time that of effort is tried, and that of friction.
+    heights = [max(two)[1] for two in zip(steps[::2], steps[1::2], strict=True)]
     assert heights == pytest.approx(4 * [30.0], rel=0.02)

@@ -15,7 +15,7 @@ from sosml_friction.regression.curves.axes import (
 )
 from sosml_friction.regression.rival import VERY_STRONG
 
-TONE = 'a tone'
+TONE, BURSTS = 'a tone', 'bursts'
 #: Free curves of each axis, and of friction that follows it, in the order of their columns.
 AXES = (SPEED, POSITION, ACCELERATION, LOAD, TIME, *NEIGHBOURS, *NEIGHBOURS)
 FRICTION_BY = 'friction by '
@@ -46,14 +46,14 @@ def curve_floor(rows: float, tried: int = 1) -> float:
 @dataclass(frozen=True)
 class Leftover:
     """
-    Hold what a free curve of a joint, a tone, a ripple, or one power of speed still explains.
+    Hold what a free curve of a joint, a tone, a ripple, bursts, or one power of speed explain.
 
     ``energy``: whitened energy that nothing else explains; ``floor``: what it has to exceed.
     ``share``: of all that the causes of the joint and it explain; ``least``: the largest share
     beside which the causes are the whole. ``instead``: one power of speed that explains more than
     all causes by speed; ``together``: what the curves of all axes explain, none of them enough by
     itself, ``axis`` that of the largest. ``hertz``: of a tone. ``period``: of a ripple over
-    position [rad or m].
+    position [rad or m]. ``bursts``: how many, the largest at ``at_s`` [s] of its recording.
     """
 
     axis: str
@@ -66,12 +66,14 @@ class Leftover:
     together: bool = False
     hertz: float = 0.0
     period: float = 0.0
+    bursts: int = 0
+    at_s: float = 0.0
 
     @property
     def form(self) -> str:
-        """Return what it is: a tone, a ripple, a power of speed or a free curve."""
-        if self.hertz:
-            return 'tone'
+        """Return what it is: a tone, a ripple, bursts, a power of speed or a free curve."""
+        if self.hertz or self.bursts:
+            return 'tone' if self.hertz else 'bursts'
         return 'ripple' if self.period else 'power of speed' if self.instead else 'free curve'
 
     @property

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.diagnosis.decision.bursts import bursts
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.further_curves import further_curves
 from sosml_friction.diagnosis.decision.leftover import (
@@ -154,6 +155,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         found.append(Leftover(TONE, i, tone.energy, floor, tone.share, 0.0, hertz=tone.hertz))
     found += further_curves(laboratory, fit, result.left, far, told, named)
     found += _ripples(laboratory, result.left, far, told, named)
+    found += bursts(laboratory, result.left, far, told, named)
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]

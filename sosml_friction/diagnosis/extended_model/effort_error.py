@@ -44,17 +44,24 @@ class HeldOut:
 
 
 def folds_left_out(laboratory: WhitenedRegression) -> HeldOut:
-    """Return the folds of the recordings, each for the fit without it."""
+    """
+    Return the folds of the recordings, each for the fit without it.
+
+    Rows of contacts are zero, as no model has these.
+    """
     y, Z = laboratory.unwhitened()
+    told = np.asarray(~laboratory.contacts.mask, dtype=np.float64)
     blocks = laboratory.blocks
     fold = np.empty(len(y), dtype=np.int64)
     for own, (first, last) in zip(blocks.fold, itertools.pairwise(blocks.edges), strict=True):
         fold[first:last] = own
 
     def columns(finding: Finding) -> FloatArray:
-        return laboratory.own_columns(finding.effect, finding.joint, finding.inner)
+        own = laboratory.own_columns(finding.effect, finding.joint, finding.inner)
+        return own * told[:, :, None]
 
-    return HeldOut(y, Z, columns, laboratory.measured_in_motion(), fold, 'folds left out')
+    measured = laboratory.measured_in_motion() * told
+    return HeldOut(y * told, Z * told[:, :, None], columns, measured, fold, 'folds left out')
 
 
 def another_recording(laboratory: WhitenedRegression, others: Sequence[Signals]) -> HeldOut:

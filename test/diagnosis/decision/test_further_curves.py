@@ -70,3 +70,16 @@ def test_a_joint_that_stands_has_no_two_quantities():
     tau = np.random.default_rng(1).normal(0.0, 1.0, len(t))
     found = diagnose([recording(('slider',), t, 0.3 + 0.0 * t, tau)], slider_model())
     assert found.verdict in ('nothing_above_floor', 'bad_data')
+
+
+@pytest.mark.parametrize('size', [0.0, 6.0])
+def test_friction_that_steps_once_is_no_noise(size):
+    """By 6 of 20 N at two thirds of 30 s: a model of noise that has it would whiten it away."""
+    t, rng = np.arange(0.0, 30.0, SLIDER_STEP), np.random.default_rng(6)
+    q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
+    level = 20.0 + np.where(t > 20.0, size, 0.0)
+    tau = SLIDER_MASS * a + 200.0 * v + level * smooth_sign(q, v)
+    tau += rng.normal(0.0, 1.0, len(t))
+    found = diagnose([recording(('slider',), t, q, tau)], slider_model(20.0, 200.0))
+    assert found.verdict == ('unknown_structure' if size else 'nothing_above_floor')
+    assert (('friction by time', 0) in beyond(found)) == bool(size)

@@ -1,0 +1,69 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Short bursts in what is left: noise is there all the time, what comes now and then is none."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.diagnosis.decision.leftover import BURSTS, REST, Leftover
+from sosml_friction.regression.chance import FEWEST
+from sosml_friction.regression.contacts import usual
+from sosml_friction.regression.kernels import runs
+from sosml_friction.regression.noise_model import ORDER
+from sosml_friction.regression.whitened import WhitenedRegression
+
+#: A whitened row beyond this many usual ones is part of a burst: of Gaussian noise one of 1.7
+#: million is.
+_BEYOND = 5.0
+#: Share of the energy that is left which bursts hold where nothing acts: three times the largest
+#: of 90 recordings, 0.058 (``python -m validation.leftovers --seed 20261280 --recordings 30``).
+BURST_SHARE = 0.17
+
+
+def bursts(
+    laboratory: WhitenedRegression,
+    left: FloatArray,
+    far: BoolArray,
+    joints: Sequence[int],
+    named: FloatArray,
+) -> list[Leftover]:
+    """
+    Return the bursts of each joint: teeth that change flanks, touches, wrong values.
+
+    A model of noise has them in its variance, which hides that they are short.
+
+    :param left: whitened rows (rows, n) that causes and curves leave; ``far``: where joints slide.
+    :param named: energy that the causes of each joint explain (n,).
+    """
+    if laboratory.contacts.impacts:
+        # These have a name.
+        return []
+    when = np.concatenate([s.band.at_rows(s.time)[ORDER:] for s in laboratory.signals])
+    found = []
+    for i in joints:
+        own = np.where(far[:, i], left[:, i], 0.0)
+        told = np.abs(own[own != 0.0])
+        if len(told) < FEWEST:
+            continue
+        over = np.abs(own) > _BEYOND * usual(told)
+        if not over.any():
+            continue
+        energy = float(np.sum(own[over] ** 2))
+        # In whitened rows each change is there for as many as the filter has.
+        count = len(runs(maximum_filter1d(over, 2 * ORDER + 1)))
+        found.append(
+            Leftover(
+                BURSTS,
+                i,
+                energy,
+                BURST_SHARE * float(np.sum(told**2)),
+                energy / max(float(named[i]) + energy, 1e-300),
+                REST,
+                bursts=count,
+                at_s=float(when[int(np.argmax(np.abs(own)))]),
+            )
+        )
+    return found

@@ -1,0 +1,53 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What comes now and then is no noise, and no all-clear."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
+
+from sosml_friction.diagnosis.diagnosis import diagnose
+
+#: When something knocks [s], all while the slider slides; the first is the hardest.
+KNOCKS = (11.1, 4.2, 17.3, 21.2, 30.9, 35.6)
+
+
+def found(size, seed=7):
+    """Return the diagnosis of a slider that is knocked to and fro, half a sine of 20 ms each."""
+    t = np.arange(0.0, 40.0, 4e-3)
+    q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
+    tau = SLIDER_MASS * a + 20.0 * smooth_sign(q, v) + 200.0 * v
+    tau += np.random.default_rng(seed).normal(0.0, 1.0, len(t))
+    for k, knock in enumerate(KNOCKS):
+        phase = (t - knock) / 0.02
+        tau += (
+            size
+            * (1.0 if k == 0 else (-0.8) ** k)
+            * np.where(np.abs(phase - 0.5) < 0.5, np.sin(2.0 * np.pi * phase), 0.0)
+        )
+    log = recording(('slider',), t, q, tau)
+    return diagnose([log], slider_model(20.0, 200.0))
+
+
+def of_bursts(diagnosis):
+    """Return what is written of bursts."""
+    return [x for x in diagnosis.structure['axes'] if x['axis'] == 'bursts']
+
+
+def test_knocks_are_no_noise():
+    """Their means are nothing, so that they are no contacts; the all-clear was given."""
+    knocked = found(50.0)
+    assert knocked.verdict == 'unknown_structure'
+    (bursts,) = of_bursts(knocked)
+    assert bursts['unknown']
+    assert bursts['bursts'] == len(KNOCKS)
+    assert bursts['at_s'] == pytest.approx(KNOCKS[0], abs=0.1)
+    assert 'slider has 6 short bursts, the largest at 11.' in knocked.sentence
+
+
+def test_noise_alone_has_none():
+    quiet = found(0.0)
+    assert quiet.verdict == 'nothing_above_floor'
+    assert not any(x['unknown'] for x in of_bursts(quiet))
