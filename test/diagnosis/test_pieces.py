@@ -17,7 +17,14 @@ from scipy.signal import lfilter
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
-from sosml_friction.diagnosis.decision.leftover import AT_ONCE, AXES, FRICTION_BY, TONE, TORQUE_BY
+from sosml_friction.diagnosis.decision.leftover import (
+    AT_ONCE,
+    AXES,
+    BURSTS,
+    FRICTION_BY,
+    TONE,
+    TORQUE_BY,
+)
 from sosml_friction.diagnosis.library import make_library, searched_terms
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.dahl import dahl_path
@@ -390,5 +397,5 @@ def test_every_axis_of_what_is_left_is_in_the_schema():
     axes = json.loads(schema.read_text())['properties']['structure']['properties']['axes']
     one, two = axes['items']['properties']['axis']['anyOf']
     friction = {f'{FRICTION_BY}{axis}' for axis in (*AXES, BACK_AND_FORTH)}
-    assert set(one['enum']) == {TONE, *AXES, *friction, f'{TORQUE_BY}{POSITION}'}
+    assert set(one['enum']) == {TONE, BURSTS, *AXES, *friction, f'{TORQUE_BY}{POSITION}'}
     assert re.search(two['pattern'], f'{AXES[0]} and {AXES[1]}{AT_ONCE}')

@@ -10,6 +10,7 @@ from scipy.ndimage import maximum_filter1d
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.decision.leftover import BURSTS, REST, Leftover
 from sosml_friction.regression.chance import FEWEST
+from sosml_friction.regression.column_norms import ROUNDING
 from sosml_friction.regression.contacts import usual
 from sosml_friction.regression.kernels import runs
 from sosml_friction.regression.noise_model import ORDER
@@ -41,11 +42,15 @@ def bursts(
     if laboratory.contacts.impacts:
         # These have a name.
         return []
+    band = laboratory.signals[0].band
+    reach = -(-band.half // band.factor) + ORDER
+    # A joint that sticks lets go with a jerk, which shakes the others and the low-pass spreads.
+    beside = maximum_filter1d(~far[:, joints].all(axis=1), 2 * reach + 1)
     when = np.concatenate([s.band.at_rows(s.time)[ORDER:] for s in laboratory.signals])
     found = []
     for i in joints:
-        own = np.where(far[:, i], left[:, i], 0.0)
-        told = np.abs(own[own != 0.0])
+        own = np.where(beside, 0.0, left[:, i])
+        told = np.abs(own[np.abs(own) > ROUNDING])
         if len(told) < FEWEST:
             continue
         over = np.abs(own) > _BEYOND * usual(told)

@@ -47,10 +47,15 @@ class Scorer:
         return 2.0 * float(np.log(max(len(self.laboratory.candidates), 1)))
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
-        """Return every candidate at the best point of its grid, best first."""
+        """
+        Return every candidate at the best point of its grid, best first.
+
+        But for those that act in joints alone of which nothing is known.
+        """
         found = [
             self.finding(fit, candidate, its)
             for candidate, its in zip(self.laboratory.candidates, columns, strict=True)
+            if self.laboratory.known[its.rows].any()
         ]
         return sorted(found, key=lambda finding: finding.rank)
 

@@ -141,7 +141,7 @@ class Selector:
 
     def _refined(self, fit: Fit, found: Sequence[Finding]) -> list[Finding]:
         """Return the best candidates refined, best first; none if there is no evidence."""
-        if found[0].delta_bic < VERY_STRONG:
+        if not found or found[0].delta_bic < VERY_STRONG:
             return []
         self.step('refining the best candidates')
         top: list[Finding] = []

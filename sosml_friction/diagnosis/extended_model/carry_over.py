@@ -83,11 +83,13 @@ def what_recurs(laboratory: WhitenedRegression, selection: Selection, folds: Hel
     """
     Take back the causes of which nothing is there on folds left out, but for chance.
 
+    Nothing is there, too, of one that may remove nothing, as its interval says.
+
     The one that recurs least is the first, as in :func:`what_carries_over`.
     """
     while True:
         gains = cause_gains(laboratory, selection, folds)
-        chance = {key: gain.recurs for key, gain in gains.items() if not gain.recurs.above(0.0)}
+        chance = {key: gain.recurs for key, gain in gains.items() if not gain.shown}
         if not chance:
             return selection
         worst = min(chance, key=lambda key: chance[key].value)

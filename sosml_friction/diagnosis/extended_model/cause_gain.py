@@ -9,6 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
+from sosml_friction.model.parameter import Z_95
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,12 @@ class CauseGain:
     def helps(self) -> bool:
         """Tell whether the error is smaller with the cause."""
         return self.recurs.value > 0.5
+
+    @property
+    def shown(self) -> bool:
+        """Tell whether it is there beyond chance, and the interval of what it removes has no 0."""
+        removes = any(x.value > Z_95 * x.std_error for x in self.removed)
+        return removes and self.recurs.above(0.0)
 
     @property
     def carries_over(self) -> bool:

@@ -81,3 +81,10 @@ def test_what_may_choose_among_more_points_has_a_higher_floor(laboratory):
     first = replace(candidate, grid=candidate.grid[:1])
     one = columns.make(laboratory.system, columns.rows, columns.C[:, :, :1])
     assert Scorer(laboratory).finding(fit, first, one).floor == pytest.approx(0.005)
+
+
+def test_a_candidate_of_joints_of_which_nothing_is_known_is_none(laboratory):
+    """Its price was the logarithm of no row, and its gain a share of nothing."""
+    its = replace(laboratory, known=np.zeros_like(laboratory.known))
+    assert Scorer(its).ranked(Fit.make(its.system, its.y), its.columns) == []
+    assert len(Scorer(laboratory).ranked(Fit.make(its.system, its.y), its.columns)) == 1
