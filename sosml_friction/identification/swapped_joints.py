@@ -25,7 +25,8 @@ def swapped_joints(log: JointLog, robot: Robot, slopes: Slopes) -> str | None:
 
     The bodies of the URDF, an inertia and the simplest friction of a joint leave a share of an
     effort. Of two joints that are swapped both shares are less where the columns are exchanged,
-    by half in the geometric mean.
+    by half in the geometric mean. Currents are swapped before each has a torque constant: then the
+    efforts are those of the other joint times r and 1 / r.
     """
     moves = [i for i in range(robot.n) if np.ptp(np.nan_to_num(log.tau[:, i])) > 0.0]
     tau, sign = (_means(_means(x, slopes.half), slopes.half) for x in (log.tau, np.sign(slopes.v)))
@@ -44,11 +45,17 @@ def swapped_joints(log: JointLog, robot: Robot, slopes: Slopes) -> str | None:
 
     def left(effort: int, moved: int, bodies: FloatArray) -> float:
         """Return what bodies and friction by one joint's motion leave of an effort, a share."""
-        X = np.column_stack([a[:, moved], sign[:, moved], slow[:, moved], np.ones(len(rows))])
-        X /= column_norms(X)
-        y = tau[:, effort] - bodies
-        y = y - X @ np.linalg.lstsq(X, y, rcond=1e-9)[0]
-        return float(np.linalg.norm(y) / np.linalg.norm(tau[:, effort] - tau[:, effort].mean()))
+        return fitted(effort, moved, tau[:, effort] - bodies)[0]
+
+    def fitted(effort: int, moved: int, y: FloatArray, *more: FloatArray) -> tuple[float, float]:
+        """Return what such friction leaves of y, a share of an effort, and the last factor."""
+        X = np.column_stack(
+            [a[:, moved], sign[:, moved], slow[:, moved], np.ones(len(rows)), *more]
+        )
+        norms = column_norms(X)
+        x = np.linalg.lstsq(X / norms, y, rcond=1e-9)[0] / norms
+        size = np.linalg.norm(tau[:, effort] - tau[:, effort].mean())
+        return float(np.linalg.norm(y - X @ x) / size), float(x[-1])
 
     same = list(range(robot.n))
     own = need(same)
@@ -67,6 +74,13 @@ def swapped_joints(log: JointLog, robot: Robot, slopes: Slopes) -> str | None:
             if its < as_it_is[i] and others < as_it_is[j]:
                 share = np.sqrt(its * others / (as_it_is[i] * as_it_is[j]))
                 found.append((share, what, i, j, its, others))
+        (its, r), (others, s) = (
+            fitted(k, moved, tau[:, k], own[:, moved]) for k, moved in ((i, j), (j, i))
+        )
+        alone = [fitted(k, k, tau[:, k], own[:, k])[0] for k in (i, j)]
+        if r > 0.0 and WELL < r * s < 1.0 / WELL and its < alone[0] and others < alone[1]:
+            share = np.sqrt(its * others / (alone[0] * alone[1]))
+            found.append((share, 'currents', i, j, its, others))
     share, what, i, j, its, others = min(found, default=(np.inf, '', 0, 0, 0.0, 0.0))
     if not share < WELL:
         return None

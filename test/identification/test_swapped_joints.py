@@ -41,6 +41,15 @@ def test_which_columns_are_swapped_is_said(arm, swapped):
     )
 
 
+@pytest.mark.parametrize('ratio', [0.2, 2.4])
+def test_currents_that_are_swapped_before_their_torque_constants_are_said(arm, ratio):
+    """Each times the other's constant: the efforts are too large by r and by 1 / r."""
+    tau = arm.tau[:, _OTHER] * (ratio, 1.0 / ratio)
+    assert 'the currents of joints shoulder and elbow seem to be swapped' in told(
+        replace(arm, tau=tau)
+    )
+
+
 def test_columns_in_their_places_are_not_swapped_whatever_the_model_gets_wrong(arm):
     assert told(arm) is None
     sign, t = np.sign(arm_motion(arm.time)[1]), arm.time[:, None]
