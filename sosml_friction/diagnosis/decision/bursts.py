@@ -20,8 +20,8 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: million is.
 _BEYOND = 5.0
 #: Share of the energy that is left which bursts hold where nothing acts: three times the largest
-#: of 90 recordings, 0.058 (``python -m validation.leftovers --seed 20261280 --recordings 30``).
-BURST_SHARE = 0.17
+#: of 90 recordings, 0.038 (``python -m validation.leftovers --seed 20261280 --recordings 30``).
+BURST_SHARE = 0.12
 
 
 def bursts(
@@ -51,7 +51,8 @@ def bursts(
     for i in joints:
         own = np.where(beside, 0.0, left[:, i])
         told = np.abs(own[np.abs(own) > ROUNDING])
-        if len(told) < FEWEST:
+        # Of a few moments one is as good as any: so many that the low-pass tells apart.
+        if len(told) < FEWEST * (2 * reach + 1):
             continue
         over = np.abs(own) > _BEYOND * usual(told)
         if not over.any():

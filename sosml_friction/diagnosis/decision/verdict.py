@@ -25,9 +25,12 @@ def verdict_of(causes: Sequence[Cause], selection: Selection, untold: Sequence[s
 
     :param untold: joints whose inertia the effort contradicts: no cause is not that all is well.
     """
-    # What has no name, a tone or a ripple, explains nothing, whatever is named beside it.
+    # What has no name, a tone or a ripple, explains nothing, unless it is the smaller part: what
+    # is left says then what it is.
     best = selection.rejected
     has_no_name = best is not None and bool(best.instead)
+    if best is not None and selection.accepted:
+        has_no_name &= best.score.gain > selection.before.cost - selection.after.cost
     # What the data show by themselves, a contact or a late velocity, explains nothing of what is
     # left beside it. Neither does what only an impossible cause explains.
     left = bool(selection.accepted) and _causes_are_not_all(selection)

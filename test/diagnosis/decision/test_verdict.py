@@ -262,6 +262,10 @@ def test_a_tone_in_the_place_of_the_next_cause_is_not_explained_by_the_first():
     found = diagnose([slider_recording(lambda v: 60.0 * v)], slider_model())
     assert found.verdict == 'named'
     (accepted,) = found.selection.accepted
-    hum = replace(accepted, instead='a tone of 6.3 Hz', failed=('a tone of 6.3 Hz explains more',))
+    more = replace(accepted.score, gain=2.0 * accepted.score.gain)
+    hum = replace(accepted, score=more, instead='a tone of 6.3 Hz', failed=('it explains more',))
     beside = replace(found.selection, rejected=hum)
     assert verdict_of(found.causes, beside) == 'unknown_structure'
+    # A cogging of four waves beside which a fifth is a ripple of the constant is still named.
+    little = replace(hum, score=replace(hum.score, gain=0.1 * hum.score.gain))
+    assert verdict_of(found.causes, replace(beside, rejected=little)) == 'named'
