@@ -393,7 +393,7 @@ def _along(x: Leftover, joint: str, unit: str) -> str:
         return f'{joint} has {x.axis} of {x.hertz:.3g} Hz: {number} % of what is left'
     if x.axis == BURSTS:
         times = 'a short burst' if x.bursts == 1 else f'{x.bursts} short bursts, the largest'
-        held = f' {number} % of what it and the named causes explain' if x.share < 1.0 else ''
+        held = f' {number} % of what these and the named causes explain' if x.share < 1.0 else ''
         return (
             f'{joint} has {times} at {x.at_s:.2f} s, as of impacts, a touch or wrong values'
             f'{"," if held else ""}{held}'

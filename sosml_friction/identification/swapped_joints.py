@@ -60,6 +60,7 @@ def swapped_joints(log: JointLog, robot: Robot, slopes: Slopes) -> str | None:
     same = list(range(robot.n))
     own = need(same)
     as_it_is = {i: left(i, i, own[:, i]) for i in moves}
+    scaled = {i: fitted(i, i, tau[:, i], own[:, i])[0] for i in moves}
     found = []
     for i, j in combinations(moves, 2):
         if robot.effort_units[i] != robot.effort_units[j]:
@@ -77,9 +78,10 @@ def swapped_joints(log: JointLog, robot: Robot, slopes: Slopes) -> str | None:
         (its, r), (others, s) = (
             fitted(k, moved, tau[:, k], own[:, moved]) for k, moved in ((i, j), (j, i))
         )
-        alone = [fitted(k, k, tau[:, k], own[:, k])[0] for k in (i, j)]
-        if r > 0.0 and WELL < r * s < 1.0 / WELL and its < alone[0] and others < alone[1]:
-            share = np.sqrt(its * others / (alone[0] * alone[1]))
+        # As well as all else is known.
+        inverse = r > 0.0 and WELL < r * s < 1.0 / WELL
+        if inverse and its < scaled[i] and others < scaled[j]:
+            share = np.sqrt(its * others / (scaled[i] * scaled[j]))
             found.append((share, 'currents', i, j, its, others))
     share, what, i, j, its, others = min(found, default=(np.inf, '', 0, 0, 0.0, 0.0))
     if not share < WELL:

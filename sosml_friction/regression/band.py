@@ -56,6 +56,11 @@ class Band:
         return self.half
 
     @property
+    def reach(self) -> int:
+        """Return how many rows of the output the low-pass spreads a sample over, to one side."""
+        return -(-self.half // self.factor)
+
+    @property
     def output_step(self) -> float:
         """Return the time between filtered samples [s]."""
         return self.factor * self.step

@@ -63,10 +63,9 @@ class Whitening:
             ends = np.cumsum([len(part) for part in rows.residual])[:-1]
             before = np.concatenate([own[ORDER:] for own in np.split(pushed, ends)])
         contacts = _contacts(rows, libraries[-1].left, resting, tolerance, before)
-        library = libraries[-1 if contacts.contacts else 0]
-        spoiled = contacts.mask
+        library, spoiled = libraries[0], contacts.mask
         if before is not None and contacts.contacts:
-            spoiled = spoiled | before
+            library, spoiled = libraries[-1], spoiled | before
         models = []
         for i in range(rows.signals[0].robot.n):
             least = _LEAST_NOISE * max(float(rows.signals[0].scales.effort[i]), 1e-12)
@@ -181,7 +180,7 @@ def _contacts(
         columns = (residual, s.band.at_rows(s.time), s.band.at_rows(body), moves, nominal, wrong)
         parts.append([column[seen] for column in columns])
     residual, times, load, moving, expected, wrong = map(np.concatenate, zip(*parts, strict=True))
-    reach = -(-band.half // band.factor) + ORDER
+    reach = band.reach + ORDER
     step = band.output_step
     return find_contacts(residual, times, step, load, moving, expected, reach, wrong, before)
 

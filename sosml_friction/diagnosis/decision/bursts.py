@@ -3,12 +3,12 @@
 """Short bursts in what is left: noise is there all the time, what comes now and then is none."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from sosml_friction.arrays import BoolArray, FloatArray
-from sosml_friction.diagnosis.decision.leftover import BURSTS, REST, Leftover
 from sosml_friction.regression.chance import FEWEST
 from sosml_friction.regression.column_norms import ROUNDING
 from sosml_friction.regression.contacts import usual
@@ -24,26 +24,30 @@ _BEYOND = 5.0
 BURST_SHARE = 0.12
 
 
+@dataclass(frozen=True)
+class Bursts:
+    """Hold how many bursts a joint has, their energy, its floor, and when the largest is [s]."""
+
+    count: int
+    energy: float
+    floor: float
+    at_s: float
+
+
 def bursts(
-    laboratory: WhitenedRegression,
-    left: FloatArray,
-    far: BoolArray,
-    joints: Sequence[int],
-    named: FloatArray,
-) -> list[Leftover]:
+    laboratory: WhitenedRegression, left: FloatArray, far: BoolArray, joints: Sequence[int]
+) -> list[tuple[int, Bursts]]:
     """
-    Return the bursts of each joint: teeth that change flanks, touches, wrong values.
+    Return the bursts of each joint that has some: teeth that change flanks, touches, wrong values.
 
     A model of noise has them in its variance, which hides that they are short.
 
     :param left: whitened rows (rows, n) that causes and curves leave; ``far``: where joints slide.
-    :param named: energy that the causes of each joint explain (n,).
     """
     if laboratory.contacts.impacts:
         # These have a name.
         return []
-    band = laboratory.signals[0].band
-    reach = -(-band.half // band.factor) + ORDER
+    reach = laboratory.signals[0].band.reach + ORDER
     # A joint that sticks lets go with a jerk, which shakes the others and the low-pass spreads.
     beside = maximum_filter1d(~far[:, joints].all(axis=1), 2 * reach + 1)
     when = np.concatenate([s.band.at_rows(s.time)[ORDER:] for s in laboratory.signals])
@@ -57,19 +61,8 @@ def bursts(
         over = np.abs(own) > _BEYOND * usual(told)
         if not over.any():
             continue
-        energy = float(np.sum(own[over] ** 2))
         # In whitened rows each change is there for as many as the filter has.
         count = len(runs(maximum_filter1d(over, 2 * ORDER + 1)))
-        found.append(
-            Leftover(
-                BURSTS,
-                i,
-                energy,
-                BURST_SHARE * float(np.sum(told**2)),
-                energy / max(float(named[i]) + energy, 1e-300),
-                REST,
-                bursts=count,
-                at_s=float(when[int(np.argmax(np.abs(own)))]),
-            )
-        )
+        energy, floor = float(np.sum(own[over] ** 2)), BURST_SHARE * float(np.sum(told**2))
+        found.append((i, Bursts(count, energy, floor, float(when[int(np.argmax(np.abs(own)))]))))
     return found

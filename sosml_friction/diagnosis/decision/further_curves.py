@@ -13,6 +13,7 @@ from sosml_friction.diagnosis.decision.leftover import (
     REST,
     Leftover,
     curve_floor,
+    share_beside,
 )
 from sosml_friction.diagnosis.decision.slow_noise import noise_where
 from sosml_friction.regression.curves.axes import BACK_AND_FORTH
@@ -56,7 +57,7 @@ def further_curves(
             result = fit_curves(target, [(i, part) for part in parts], far, smooth)
             for of, part, energy in zip(axes, parts, result.energy.tolist(), strict=True):
                 least = floor * noise_where(part, result.left[:, i])
-                share = energy / max(float(named[i]) + energy, 1e-300)
+                share = share_beside(energy, float(named[i]))
                 name = f'{" and ".join(of)}{AT_ONCE}' if of else f'{FRICTION_BY}{BACK_AND_FORTH}'
                 found.append(Leftover(name, i, energy, least, share, REST))
     return found

@@ -43,6 +43,11 @@ def curve_floor(rows: float, tried: int = 1) -> float:
     return max(LEAST * rows, 2.0 * math.log(rows) + 2.0 * math.log(tried) + VERY_STRONG)
 
 
+def share_beside(energy: float, named: float) -> float:
+    """Return the share of an energy in what it and the causes explain."""
+    return energy / max(named + energy, 1e-300)
+
+
 @dataclass(frozen=True)
 class Leftover:
     """

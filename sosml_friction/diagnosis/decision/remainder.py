@@ -15,12 +15,14 @@ from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.further_curves import further_curves
 from sosml_friction.diagnosis.decision.leftover import (
     AXES,
+    BURSTS,
     FRICTION_BY,
     REST,
     TONE,
     TORQUE_BY,
     Leftover,
     curve_floor,
+    share_beside,
 )
 from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
@@ -140,7 +142,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
                     for one in (alone_fit, fit)
                 )
                 beside = max(without - with_it, 0.0)
-            share = own / max(beside + own, 1e-300)
+            share = share_beside(own, float(beside))
         name = f'{FRICTION_BY}{axis}' if friction else axis
         found.append(Leftover(name, i, own, floor, share, least))
     for i in told:
@@ -155,7 +157,14 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         found.append(Leftover(TONE, i, tone.energy, floor, tone.share, 0.0, hertz=tone.hertz))
     found += further_curves(laboratory, fit, result.left, far, told, named)
     found += _ripples(laboratory, result.left, far, told, named)
-    found += bursts(laboratory, result.left, far, told, named)
+    for i, burst in bursts(laboratory, result.left, far, told):
+        share = share_beside(burst.energy, float(named[i]))
+        found.append(
+            Leftover(
+                BURSTS, i, burst.energy, burst.floor, share, REST,
+                bursts=burst.count, at_s=burst.at_s,
+            )
+        )  # fmt: skip
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]
@@ -174,7 +183,7 @@ def all_together(
     :param energy: of all curves together; ``floor``: what it has to exceed.
     :param named: energy that the causes explain.
     """
-    share = energy / max(named + energy, 1e-300)
+    share = share_beside(energy, named)
     if energy <= floor or share <= REST or any(x.significant for x in curves):
         return None
     most = max(curves, key=lambda x: x.energy)
@@ -237,7 +246,7 @@ def _ripples(
         # Of the rows, as many say something of it as a band up to it at top speed would have.
         hertz = ripple.frequency * float(first.scales.speed[i]) / (2.0 * np.pi)
         floor = max(RIPPLE * count * min(1.0, hertz / first.band.cutoff), price + VERY_STRONG)
-        share = ripple.energy / max(float(named[i]) + ripple.energy, 1e-300)
+        share = share_beside(ripple.energy, float(named[i]))
         period = 2.0 * np.pi / ripple.frequency
         found.append(
             Leftover(f'{name}{POSITION}', i, ripple.energy, floor, share, REST, period=period)

@@ -47,7 +47,7 @@ class PositionDependentFriction(EffortTerm):
         # More of them leave a UR10e with twice its effort: the noise is what no column explains.
         if signals.length_unit(joint) == 'rad':
             return ({'frequency': 1.0}, {'frequency': 2.0})
-        half = np.pi / float(signals.scales.span[joint])
+        half, _ = self.inner_bounds(signals, joint)['frequency']
         return tuple({'frequency': k * half} for k in range(1, 2 * _PERIODS + 1))
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
