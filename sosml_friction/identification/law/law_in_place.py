@@ -72,13 +72,14 @@ class LawInPlace:
         It has as many numbers as a law with a Stribeck term.
         """
         k = POWERS.index(power)
+        v0, alpha, few = law.v0, law.alpha, search.few
         best = minimize_scalar(
-            lambda power: _bent(search, power, law)[1].cost,
+            lambda power: few.bent(power).solve(None, v0, alpha, few.ones).cost,
             bounds=(POWERS[max(k - 1, 0)], POWERS[min(k + 1, len(POWERS) - 1)]),
             method='bounded',
             options={'xatol': _SAME_POWER},
         )
-        tried = [(search.bends[power], law), _bent(search, float(best.x), law)]
+        tried = [_bent(search, each, law) for each in (power, float(best.x))]
         problem, solution = min(tried, key=lambda one: one[1].cost)
         found = (*((SIGN_WIDTH,) if search.finds_v0 and law.v0 > 0.0 else ()), POWER)
         return cls(problem, solution, search.probability(solution), found)
@@ -87,4 +88,4 @@ class LawInPlace:
 def _bent(search: LawSearch, power: float, like: LawSolution) -> tuple[LawProblem, LawSolution]:
     """Return the problem with a power of speed, and its law without a Stribeck term."""
     problem = search.problem.bent(power)
-    return problem, problem.solve(None, like.v0, like.alpha, like.weights)
+    return problem, problem.solve(None, like.v0, like.alpha, search.weights)

@@ -18,7 +18,7 @@ from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.parameter_interval import NON_NEGATIVE
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_slopes
-from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous, power_columns
+from sosml_friction.model.terms.nonlinear_viscous import POWERS, NonlinearViscous, power_columns
 from sosml_friction.model.terms.viscous_asymmetry import ViscousAsymmetry
 from sosml_friction.regression.column_norms import column_norms, told_beside
 from sosml_friction.regression.kernels import ROWS_AT_ONCE
@@ -27,8 +27,9 @@ from sosml_friction.regression.kernels import ROWS_AT_ONCE
 #: after the second. Chosen, no measurement.
 _SAME_WEIGHTS, MOST_SOLVED = 1e-6, 20
 _HUBER = 1.345  # 95 % efficient on normal noise
-#: Laws are compared at this many speeds.
-_SPEEDS = 200
+#: Laws are compared at this many speeds. So many powers of speed, over their whole range, make any
+#: to 1e-8, which test/identification/law/test_reduction.py asks for.
+_SPEEDS, _POWERS = 200, 12
 #: Others stand for a column if they leave less than this share of the largest one: the square root
 #: of rounding, so that sums of squares are exact.
 _LEFT = 1e-8
@@ -144,8 +145,8 @@ class LawProblem:
         """
         Find a few columns that those of ``laws``, each v_s, v0 and alpha, are combinations of.
 
-        Laws are smooth over the logarithm of speed: combinations are the same at all velocities
-        as at some speeds from ``slowest`` on.
+        So are those of any power of speed. Laws are smooth over the logarithm of speed:
+        combinations are the same at all velocities as at some speeds from ``slowest`` on.
         """
         speeds = np.geomspace(slowest, self.speed.max(), _SPEEDS)
         at = copy(self)
@@ -156,16 +157,27 @@ class LawProblem:
         if len(self.y) <= len(at.v):
             # Its rows are few as they are.
             return
-        columns = np.column_stack([at.columns(*law) for law in laws])
-        picked, of_law = spanning(columns), columns.shape[1] // len(laws)
+        of_laws = np.column_stack([at.columns(*law) for law in laws])
+        count, of_law = of_laws.shape[1], of_laws.shape[1] // len(laws)
+        fastest, powers = speeds[-1], np.geomspace(POWERS[0], POWERS[-1], _POWERS).tolist()
+        drags = [power_columns(at.v / fastest, power)[0] for power in powers]
+        columns = np.column_stack([of_laws, *drags])
+        picked = spanning(columns)
         own = np.empty((len(self.y), len(picked)))
         for j, k in enumerate(picked.tolist()):
+            if k >= count:
+                own[:, j] = self.made(power_columns(self.v / fastest, powers[k - count])[0])
+                continue
             (v_s, v0, alpha), column = laws[k // of_law], k % of_law
             sign = smooth_sign(self.v, v0)
             # The first column of a law is the sign, then come those of the knee.
             own[:, j] = self.made(self._knees(sign, v_s, alpha)[column - 1] if column else sign)
         combination = np.asarray(np.linalg.pinv(columns[:, picked]))
         self._spanned = (at, combination, own)
+
+    def unspan(self) -> None:
+        """Forget the columns of :meth:`span`: they are the largest of a recording."""
+        self._spanned = None
 
     def reduced(self, weights: FloatArray) -> LawProblem:
         """
@@ -181,6 +193,7 @@ class LawProblem:
             few.made = lambda column: self.made(column) * root[:, 0]
             return few
         at, combination, own = self._spanned
+        few.unspan()
         R = triangle(root[:, 0], own, self._constant, self.y[:, None])
         rows = R[:, : own.shape[1]] @ combination
         few.v, few.speed, few.made = at.v, at.speed, lambda column: np.array(rows @ column)

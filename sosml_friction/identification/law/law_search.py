@@ -166,6 +166,7 @@ class LawSearch:
         self.full, unshown = self._settled(self.whole(best))
         self.plain, without = self._settled(self.whole(self._plain()))
         self._refused = {True: unshown, False: without}
+        problem.unspan()
 
     def _searched(self, v0: float | None) -> LawSolution:
         """Return the best law with a v0 up to the widest, and take the weights of its rows."""
@@ -446,8 +447,8 @@ class LawSearch:
 
     @cached_property
     def bends(self) -> dict[float, LawProblem]:
-        """Return the problems with a power of speed besides."""
-        return {power: self.problem.bent(power) for power in POWERS}
+        """Return the problems of the reduced rows with a power of speed besides."""
+        return {power: self.few.bent(power) for power in POWERS}
 
     def bent(
         self, law: LawSolution, named: LawSolution
@@ -460,7 +461,7 @@ class LawSearch:
         ``named`` knows it.
         """
         tried = {
-            (power, v0): its.solve(law.v_s, v0, law.alpha, law.weights)
+            (power, v0): its.solve(law.v_s, v0, law.alpha, its.ones)
             for power, its in self.bends.items()
             for v0 in dict.fromkeys((law.v0, 0.0))
         }
@@ -483,7 +484,7 @@ class LawSearch:
         usual, found = self.form.usual, []
         for its in self.bends.values():
             for v0 in dict.fromkeys((law.v0, self.plain.v0, 0.0)):
-                one = its.solve(None, v0, usual, law.weights)
+                one = its.solve(None, v0, usual, its.ones)
                 found.append((one, its.values_of(one)))
         best, values = min(found, key=lambda one: one[0].cost)
         if values[name] <= 0.0:

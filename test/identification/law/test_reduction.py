@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
 from sosml_friction.identification.law.law_problem import bounded, spanning, triangle
+from sosml_friction.identification.law.law_search import search_law
 
 RNG = np.random.default_rng(5)
 
@@ -36,6 +37,22 @@ def test_many_exponentials_are_combinations_of_a_few_at_speeds_that_were_not_loo
 
 def test_columns_of_which_none_is_a_combination_are_all_picked():
     assert sorted(spanning(np.eye(4))) == [0, 1, 2, 3]
+
+
+def test_reduced_rows_have_the_laws_of_any_power_of_speed_that_all_rows_have():
+    v = np.concatenate([np.geomspace(1e-3, 2.0, 400), -np.geomspace(1e-3, 2.0, 400)])
+    y = np.sign(v) * (0.4 + 0.3 * np.abs(v) ** 1.3) + 0.01 * RNG.normal(size=len(v))
+    search = search_law(v, y, np.arange(len(v)) // 20, lambda column: np.array(column))
+    few, whole = search.few, search.problem
+    assert len(few.y) < len(y)
+    for power in (0.37, 1.3, 2.6):
+        for v0 in (0.0, 0.002):
+            small = few.bent(power).solve(None, v0, 1.0, few.ones)
+            large = whole.bent(power).solve(None, v0, 1.0, search.weights)
+            # Columns are made to e = 1e-8 of the largest: sums of squares r^2 to 2 |r| |e|.
+            np.testing.assert_allclose(small.theta, large.theta, atol=1e-5)
+            e = 1e-8 * np.sqrt(len(y))
+            np.testing.assert_allclose(small.cost, large.cost, atol=2.0 * np.sqrt(large.cost) * e)
 
 
 @given(st.integers(0, 10_000))
