@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sosml_friction.diagnosis.decision.cause import Cause
-from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.leftover import (
     AT_ONCE,
     BURSTS,
@@ -19,7 +19,7 @@ from sosml_friction.diagnosis.decision.leftover import (
     Leftover,
 )
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.decision.verdict import not_shown
+from sosml_friction.diagnosis.decision.verdict import contradicted_by_simulation, not_shown
 from sosml_friction.diagnosis.extended_model.carry_over import NOT_RECURRING
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
@@ -38,8 +38,6 @@ _MOST_NUMBERS = 3
 SIZE_UNKNOWN = 'present; its size is not known from these data'
 #: Forms of what is left that are no curve.
 _NO_CURVE = ('tone', 'ripple', 'bursts')
-#: Why causes are taken back.
-_TAKEN_BACK = ((FORWARD_WORSE,), (NOT_RECURRING,))
 #: The sentence in the place of the gain.
 _NOT_MODELLED = (
     'The model is not extended: these data do not give numbers that would predict more.'
@@ -155,7 +153,7 @@ def sentence_of(
         where = _where_unknown(selection, names, units) or _refused(selection, names)
         if untold and not where:
             where = f'The effort of {", ".join(untold)} contradicts the inertia of the model. '
-        where += _instead(selection, names)
+        where += _instead(selection, names) + _worse(selection, names)
         for name, needs in (untried or {}).items():
             where += f'{words(name).capitalize()} is not looked for, which needs {needs}. '
         return (
@@ -286,11 +284,8 @@ def _nothing(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
     best = selection.rejected
     if best is None and not selection.accepted:
         best = next(iter(selection.ranking), None)
-    if best is not None and best.failed in _TAKEN_BACK:
-        return (
-            f'No cause is named: {words(best.effect.identifier)} removes '
-            f'{100 * best.score.cv_gain:.1f} % of the error, but {best.failed[0]}.'
-        )
+    if best is not None and best.failed == (NOT_RECURRING,):
+        return f'No cause is named: {_but(best, names)}.'
     text = (
         f'no {"other " if selection.accepted else ""}cause removes more of the error than chance '
         'would'
@@ -365,6 +360,23 @@ def _refused(selection: Selection, names: tuple[str, ...]) -> str:
         f'It acts in {where}{beside}: only {words(effect)} removes more of the error than chance '
         f'would ({100 * best.score.cv_gain:.1f} %), and that is impossible, as {best.objection}. '
     )
+
+
+def _worse(selection: Selection, names: tuple[str, ...]) -> str:
+    """Return which cause the simulation contradicts, as a sentence with a blank after it."""
+    best = selection.rejected
+    if best is None or not contradicted_by_simulation(selection):
+        return ''
+    text = _but(best, names)
+    return f'{text[0].upper()}{text[1:]}. '
+
+
+def _but(best: Finding, names: tuple[str, ...]) -> str:
+    """Return what a cause that was taken back removes, and why it was."""
+    effect, joint = best.reported(names)
+    where = 'all joints' if joint == ALL_JOINTS else joint
+    removed = 100 * best.score.cv_gain
+    return f'{words(effect)} ({where}) removes {removed:.1f} % of the error, but {best.failed[0]}'
 
 
 def _instead(selection: Selection, names: tuple[str, ...]) -> str:

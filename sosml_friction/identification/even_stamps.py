@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
@@ -17,6 +17,8 @@ EVEN = 'even_stamps'
 #: Samples over which the phase of stamps is averaged: 13 know it to 0.28 of their scatter, each
 #: time four times as many to half of that.
 _WIDTHS = (13, 51, 205, 819)
+#: The samples to each side that one is between.
+_BESIDE = np.array([-2, -1, 1, 2])
 _TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -54,7 +56,8 @@ def with_even_stamps(log: JointLog) -> tuple[JointLog, str]:
     sure = count * float(less.sum()) > VERY_STRONG + 2.0 * np.log(len(_WIDTHS))
     if not (sure and less.max() > np.log(2.0)):
         return log, ''
-    moved = tried[best] - time
+    even = _in_free_slots(time, tried[best], log.q, runs)
+    moved = even - time
     t_ns = log.t_ns + np.rint(1e9 * moved).astype(np.int64)
     return replace(log, t_ns=t_ns), (
         f'stamps scatter by {1e3 * float(np.std(moved)):.2g} ms (rms) about times at which the '
@@ -82,6 +85,54 @@ def _averaged(time: FloatArray, runs: list[IndexArray], period: float, width: in
         number = np.minimum.accumulate(number[::-1])[::-1] + order
         result[run] = offset + own * number
     return result
+
+
+def _in_free_slots(
+    time: FloatArray, even: FloatArray, q: FloatArray, runs: list[IndexArray]
+) -> FloatArray:
+    """
+    Return even stamps of which some are a period sooner or later, as the positions say, (N,) [s].
+
+    Beside a lost sample one that is late by more than half a period is nearer to the next even
+    time, which is free. Both are tried where both are free: r is what the position is off from
+    the cubic through two samples to each side, and the other time is right where it halves the
+    squares of r, and more than chance does.
+    """
+    result = even.copy()
+    for run in runs:
+        t, x = even[run], q[run]
+        if len(run) < len(_BESIDE) + 1:
+            continue
+        period = float(np.median(np.diff(t)))
+        k = np.arange(2, len(run) - 2)
+        way = np.where(t[k] > time[run][k], -1, 1)
+        free = np.abs(t[k + way] - t[k]) > 1.5 * period
+        beside = k[:, None] + _BESIDE
+        taken = _off(t[k], x[k], t[beside], x[beside]) ** 2
+        spread = np.nanmedian(taken, axis=0)
+        told = spread > 0.0
+        k, way, taken = k[free], way[free], taken[free][:, told]
+        beside = k[:, None] + _BESIDE
+        moved = t[k] + way * period
+        other = _off(moved, x[k], t[beside], x[beside])[:, told] ** 2
+        before, after = (np.nansum(r / spread[told], axis=1) for r in (taken, other))
+        less = np.zeros(len(run))
+        less[k] = np.where(2.0 * after < before, before - after, 0.0)
+        # One that is wrong spoils the cubics of its neighbours.
+        most = maximum_filter1d(less, len(_BESIDE) + 1)[k]
+        right = (less[k] == most) & (most > 2.0 * VERY_STRONG)
+        result[run[k[right]]] = moved[right]
+    return result
+
+
+def _off(t: FloatArray, x: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
+    """Return x (K, n) at t (K,) less the polynomial through values (K, m, n) at times (K, m)."""
+    off = x.copy()
+    for j in range(times.shape[1]):
+        others = np.delete(times, j, axis=1)
+        share = np.prod((t[:, None] - others) / (times[:, j, None] - others), axis=1)
+        off -= share[:, None] * values[:, j]
+    return off
 
 
 def _phase(t: FloatArray, period: float, width: int) -> FloatArray:

@@ -373,6 +373,13 @@ class WhitenedRests:
             known[joint] -= base.shape[1]
         return np.asarray(known)
 
+    def reached(self) -> BoolArray:
+        """Return the rows (rows, n) from which rests take all or a part."""
+        reached = self.inside.copy()
+        for joint, rows, _ in self._bases:
+            reached[rows, joint] = True
+        return reached
+
     def take_out(self, x: ColumnArray, joints: Sequence[int]) -> ColumnArray:
         """Take what efforts at rest may be out of whitened ``x`` (rows, m, ...), in place."""
         for k, joint in enumerate(joints):

@@ -48,6 +48,25 @@ def test_stamps_of_receipt_are_made_even_though_samples_are_lost(drift, scatter)
     assert even.q is log.q
 
 
+def test_a_sample_that_is_late_by_more_than_half_a_period_keeps_its_place_beside_a_lost_one():
+    """Of three in four late ones the next even time is free; the positions say which is theirs."""
+    rng = np.random.default_rng(5)
+    number = np.arange(COUNT)
+    late = rng.exponential(0.075 * STEP, COUNT)
+    slow = number[20:-20:100]
+    late[slow] = 0.7 * STEP
+    lost = np.concatenate([slow[1::2] + 1, slow[::4] - 1])
+    number, late = np.delete(number, lost), np.delete(late, lost)
+    taken = STEP * number
+    log = recorded(taken, taken + late)
+    even, _ = with_even_stamps(log)
+    wrong = np.abs(1e-9 * even.t_ns - taken - np.median(1e-9 * even.t_ns - taken)) > 0.5 * STEP
+    # A sine of 4.1 rad/s stands still for a moment now and then: there no position speaks.
+    still = np.abs(0.52 * np.cos(1.3 * taken) + 0.41 * np.cos(4.1 * taken)) * STEP < 1e-5
+    assert not (wrong & ~still).any()
+    assert wrong.sum() <= 2
+
+
 @pytest.mark.parametrize('rate', [60.0, 130.0, 300.0, 450.0])
 def test_stamps_in_whole_milliseconds_are_made_even(rate):
     """1 / sqrt(12) ms is what they miss; a period that is no whole number goes over all phases."""

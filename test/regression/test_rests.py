@@ -152,6 +152,19 @@ def test_whitened_rows_do_not_know_what_was_at_rest_and_noise_in_motion_stays_no
     assert 0 < count < rows
 
 
+def test_rows_that_rests_do_not_reach_stay_as_they_are():
+    t, q = stop_and_go()
+    rows = BAND.count(len(t))
+    model = NoiseModel(np.array([1.6, -0.8, 0.0, 0.0, 0.0, 0.0]), 0.1)
+    known = WhitenedRests([find_rests(q, BAND, LIMIT, TOP, [0])], [rows], [model.whitening])
+    x = np.random.default_rng(3).normal(size=(rows - ORDER, 1))
+    changed = known.take_out(x.copy(), [0]) != x
+    reached = known.reached()
+    assert not changed[~reached].any()
+    # Rows that no course of the effort at rest gets to are few among them.
+    assert 0.9 * reached.sum() < changed.sum() < 0.9 * len(x)
+
+
 def test_friction_that_fades_at_rest_is_no_cause():
     """A slider whose own model is given; what it takes at rest decays from friction to nothing."""
     # Of seeds 0 to 9 one, 0, has a curve over acceleration of 22.2 with a floor of 22.1.

@@ -19,8 +19,8 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: A whitened row beyond this many usual ones is part of a burst: of Gaussian noise one of 1.7
 #: million is.
 _BEYOND = 5.0
-#: Share of the energy that is left which bursts hold where nothing acts: three times the largest
-#: of 90 recordings, 0.038 (``python -m validation.leftovers --seed 20261280 --recordings 30``).
+#: Share of the energy that is left which bursts hold where nothing acts: five times the largest
+#: of 90 recordings, 0.024 (``python -m validation.leftovers --seed 20261283 --recordings 30``).
 BURST_SHARE = 0.12
 
 
@@ -50,10 +50,13 @@ def bursts(
     reach = laboratory.signals[0].band.reach + ORDER
     # A joint that sticks lets go with a jerk, which shakes the others and the low-pass spreads.
     beside = maximum_filter1d(~far[:, joints].all(axis=1), 2 * reach + 1)
+    # Noise is smaller where a rest has taken a part of it.
+    standstill = laboratory.whitening.standstill
+    rests = np.zeros_like(far) if standstill is None else standstill.reached()
     when = np.concatenate([s.band.at_rows(s.time)[ORDER:] for s in laboratory.signals])
     found = []
     for i in joints:
-        own = np.where(beside, 0.0, left[:, i])
+        own = np.where(beside | rests[:, i], 0.0, left[:, i])
         told = np.abs(own[np.abs(own) > ROUNDING])
         # Of a few moments one is as good as any: so many that the low-pass tells apart.
         if len(told) < FEWEST * (2 * reach + 1):

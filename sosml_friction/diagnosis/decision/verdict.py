@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from scipy.stats import norm
 
 from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE
 from sosml_friction.diagnosis.decision.leftover import REST
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.parameter import Z_95, Parameter
@@ -32,16 +33,22 @@ def verdict_of(causes: Sequence[Cause], selection: Selection, untold: Sequence[s
     if best is not None and selection.accepted:
         has_no_name &= best.score.gain > selection.before.cost - selection.after.cost
     # What the data show by themselves, a contact or a late velocity, explains nothing of what is
-    # left beside it. Neither does what only an impossible cause explains.
+    # left beside it. Neither does what only an impossible cause explains, or one that the
+    # simulation contradicts: it is there, and is another.
     left = bool(selection.accepted) and _causes_are_not_all(selection)
     if all(cause.shown_by_data for cause in causes):
         left = left or bool(selection.remainder.beyond_chance) or selection.refused is not None
-        left = left or bool(untold)
+        left = left or bool(untold) or contradicted_by_simulation(selection)
     if has_no_name or left or any(not_shown(cause) for cause in causes):
         return 'unknown_structure'
     if any(cause.rivals for cause in causes):
         return 'ambiguous'
     return 'named' if causes else 'nothing_above_floor'
+
+
+def contradicted_by_simulation(selection: Selection) -> bool:
+    """Tell whether the best that was not accepted has the evidence, and simulates worse."""
+    return selection.rejected is not None and selection.rejected.failed == (FORWARD_WORSE,)
 
 
 def not_shown(cause: Cause) -> str:

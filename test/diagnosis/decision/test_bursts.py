@@ -4,11 +4,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
 
+from sosml_friction.diagnosis.decision.bursts import bursts
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.regression.noise_model import ORDER
 
 #: When something knocks [s], all while the slider slides; the first is the hardest.
 KNOCKS = (11.1, 4.2, 17.3, 21.2, 30.9, 35.6)
@@ -51,3 +55,26 @@ def test_noise_alone_has_none():
     quiet = found(0.0)
     assert quiet.verdict == 'nothing_above_floor'
     assert not any(x['unknown'] for x in of_bursts(quiet))
+
+
+def test_noise_of_which_rests_took_a_part_is_no_measure_of_the_rest():
+    """Three quarters of the rows are beside rests, as of moves from point to point."""
+    rng, rows = np.random.default_rng(4), 8000
+    reached = (np.arange(rows) % 400 < 300)[:, None]
+    left = np.where(reached, 0.2, 1.0) * rng.normal(size=(rows, 1))
+    signals = SimpleNamespace(
+        band=SimpleNamespace(reach=20, at_rows=lambda x: x), time=0.01 * np.arange(rows + ORDER)
+    )
+    laboratory = SimpleNamespace(
+        contacts=SimpleNamespace(impacts=[]),
+        signals=[signals],
+        whitening=SimpleNamespace(standstill=SimpleNamespace(reached=lambda: reached)),
+    )
+    slides = np.ones_like(reached)
+    assert bursts(laboratory, left, slides, [0]) == []
+    left[350] = 8.0
+    ((joint, burst),) = bursts(laboratory, left, slides, [0])
+    assert (joint, burst.count) == (0, 1)
+    assert burst.energy == pytest.approx(64.0)
+    laboratory.whitening.standstill = None
+    assert bursts(laboratory, left, slides, [0])[0][1].count > 10

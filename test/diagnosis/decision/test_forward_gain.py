@@ -12,6 +12,8 @@ import pytest
 from known_robots import SLIDER_MASS, recording, sines, slider_model
 
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse, reversal_term
+from sosml_friction.diagnosis.decision.remainder import Remainder
+from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.diagnosis.extended_model.gain import make_gain
@@ -193,7 +195,8 @@ def test_what_the_simulation_takes_back_is_not_called_chance(found, nominal, mon
     assert refused.causes == ()
     assert refused.verdict == 'unknown_structure'
     assert refused.selection.remainder.beyond_chance
-    verdict = 'nothing_above_floor'
-    monkeypatch.setattr('sosml_friction.diagnosis.diagnosis.verdict_of', lambda *_: verdict)
-    told = diagnose([make_log(28.0, 0)], nominal).sentence
-    assert told.endswith('but the forward simulation of data left out gets worse with it.')
+    assert 'but the forward simulation of data left out gets worse with it. ' in refused.sentence
+    # It is no all-clear where no curve shows what it stood for, either.
+    alone = replace(refused.selection, remainder=Remainder())
+    assert verdict_of((), alone) == 'unknown_structure'
+    assert verdict_of((), replace(alone, rejected=None)) == 'nothing_above_floor'
