@@ -16,6 +16,7 @@ from sosml_friction.regression.column_norms import COLLINEAR, ROUNDING
 from sosml_friction.regression.kernels import ROWS_AT_ONCE, products, squares
 from sosml_friction.regression.noise_model import NoiseModel, fit_noise
 from sosml_friction.regression.signals import Signals
+from sosml_friction.regression.wandering_friction import CYCLES, wandering_friction
 
 #: At most this many points of a large grid are taken off. Halved and doubled, no answer of
 #: ``python -m validation.sensitivity --seed 1`` changes.
@@ -150,8 +151,9 @@ def library_residual(rows: BandRows, pushed: BoolArray | None = None) -> Library
     :param pushed: rows of all stretches (rows, n) that take no part in the fit, None for none.
     """
     left, steady, fits = [], [], []
-    ends = np.cumsum([len(part) for part in rows.residual])[:-1]
-    every = max(1, -(-sum(len(part) for part in rows.residual) // _STEPS))
+    counts = [len(part) for part in rows.residual]
+    ends, every = np.cumsum(counts)[:-1], max(1, -(-sum(counts) // _STEPS))
+    most = max(1, round(CYCLES / (rows.signals[0].band.cutoff * rows.signals[0].band.output_step)))
     for i in range(rows.signals[0].robot.n):
         effort = np.concatenate([part[:, i] for part in rows.residual])
         told: FloatArray = np.ones(len(effort))
@@ -185,12 +187,15 @@ def library_residual(rows: BandRows, pushed: BoolArray | None = None) -> Library
             for own, shape in zip(sums, steps, strict=True)
         ]
         (gain, begin, height, beside), shape = max(found, key=lambda one: one[0][0])
-        if not gain:
+        changing = np.zeros(len(effort))
+        if gain:
+            changing = fit.fitted(-height * beside)
+            changing[begin:] += height * shape[begin:]
+        changing += wandering_friction(residual - changing, steps[1], told, counts, most)
+        if not changing.any():
             steady.append(left[-1])
             continue
-        step = fit.fitted(-beside)
-        step[begin:] += shape[begin:]
-        steady.append(np.split(_without_lines(fit, residual - height * step), ends))
+        steady.append(np.split(_without_lines(fit, residual - changing), ends))
     return LibraryResidual(left, steady, fits)
 
 

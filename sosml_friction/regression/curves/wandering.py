@@ -14,12 +14,10 @@ from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.knots import padded_hats
 from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.structure import HATS
+from sosml_friction.regression.wandering_friction import CYCLES
 
 #: Hats of time: eight times as many as a curve of one quantity has.
 WANDERING_HATS = 8 * HATS
-#: Least distance of two hats, in periods of the low-pass's cut-off: twenty rows of the band, so
-#: that the level of friction there is known to a quarter of the noise.
-_CYCLES = 10.0
 
 
 class Wandering(Curve):
@@ -33,7 +31,7 @@ class Wandering(Curve):
     def __init__(self, stretches: Sequence[Signals]) -> None:
         times = np.concatenate([s.time for s in stretches])
         seconds = sum(len(s.time) * s.band.step for s in stretches)
-        most = int(seconds * stretches[0].band.cutoff / _CYCLES)
+        most = int(seconds * stretches[0].band.cutoff / CYCLES)
         shares = np.linspace(0.0, 1.0, min(WANDERING_HATS, max(most, 2)))
         self._times = np.quantile(times, shares)
 
