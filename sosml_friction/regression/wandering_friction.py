@@ -25,7 +25,8 @@ def wandering_friction(
     rows, and on the line in between. Friction that wanders is as high after a reversal as before:
     f_k f_k+1 > 0. Slow noise is as large as an effort: f_k f_k+1 < 0. Of white noise the sum of
     these products over all reversals is normal about 0, with the sum of their squares as its
-    variance. One that is positive by more than chance is of friction.
+    variance. One that is positive by more than chance is of friction, where it is more than half
+    of what levels are: other things that are left come back at each reversal as well.
 
     :param sign: of friction (K,), as the band has it; ``told``: 1 for rows that say something.
     :param counts: rows of each stretch.
@@ -48,6 +49,8 @@ def wandering_friction(
     across = (ways[1:] != ways[:-1]) & (of[1:] == of[:-1])
     both = (levels[1:] * levels[:-1])[across]
     if not both.sum() > BEYOND_CHANCE * np.sqrt(np.sum(both**2)):
+        return nothing
+    if not both.mean() > 0.5 * np.mean(levels**2):
         return nothing
     found = sign * np.interp(np.arange(len(residual)), middles, levels)
     share = float(np.sum(told * found**2)) / float(np.sum(told * residual**2))
