@@ -179,7 +179,7 @@ def fit_friction(
     rows: dict[str, dict[str, LawRows]] = {}
     for i, name in enumerate(robot.names):
         if not np.isfinite(log.tau[:, i]).any():
-            unavailable[name] = 'its actuator reports no effort'
+            unavailable[name] = 'the recording has no effort of it'
             continue
         task = _JointTask(log, i, robot, list(observers.values()), settings, doubt)
         for observer, tau_f in estimates.items():

@@ -182,7 +182,7 @@ class _InverseTask:
     def problem(self) -> str:
         """Return why the joint cannot be fitted, empty if it can."""
         if not np.isfinite(self.log.tau[:, self.i]).any():
-            return 'its actuator reports no effort'
+            return 'the recording has no effort of it'
         if (count := len(np.unique(self._groups()))) < _FEWEST_CLUSTERS:
             return (
                 f'only {count} stretches of {_CLUSTER_S:g} s are without a hole in position or '

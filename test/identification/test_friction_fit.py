@@ -186,7 +186,7 @@ def test_a_joint_without_effort_is_unavailable_and_the_other_is_what_it_was(
     tau = ladder_log.tau.copy()
     tau[:, 1] = np.nan
     fit = analyse(robot, replace(ladder_log, tau=tau))
-    assert fit.unavailable == {'elbow': 'its actuator reports no effort'}
+    assert fit.unavailable == {'elbow': 'the recording has no effort of it'}
     assert set(fit.joints) == {'shoulder'}
     for observer, result in fit.joints['shoulder'].items():
         assert repr(result.fit) == repr(whole.joints['shoulder'][observer].fit)
@@ -233,7 +233,7 @@ def test_recordings_that_cannot_be_fitted_say_why(robot, ladder_log):
             analyse(robot, first(count))
         assert '\n' not in str(caught.value)
     silent = replace(ladder_log, tau=np.full_like(ladder_log.tau, np.nan))
-    with pytest.raises(DataError, match='elbow: its actuator reports no effort'):
+    with pytest.raises(DataError, match='elbow: the recording has no effort of it'):
         analyse(robot, silent)
     with pytest.raises(ConfigurationError, match='use one of auto, segments, samples'):
         FitSettings(method='regression')

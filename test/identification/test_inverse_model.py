@@ -191,7 +191,7 @@ def test_what_cannot_be_fitted_is_said():
     short = replace(log, **{k: getattr(log, k)[:10] for k in ('t_ns', 'q', 'v', 'tau')})
     one_stamp = replace(log, t_ns=np.full_like(log.t_ns, 5))
     for case, reason in (
-        (silent, 'reports no effort'),
+        (silent, 'has no effort of it'),
         (still, 'it did not move'),
         (short, 'record longer'),
         (one_stamp, 'record longer'),

@@ -121,7 +121,7 @@ def bags(analysis: BagAnalysis) -> BagsAnalysis:
         joints=joints,
         alternatives={},
         rows=rows,
-        unavailable={'elbow': 'its actuator reports no effort'},
+        unavailable={'elbow': 'the recording has no effort of it'},
     )
     second = dataclasses.replace(analysis, fit=fit)
     recordings = {'ladder': analysis.fit, 'slow': fit}

@@ -101,7 +101,7 @@ def test_a_joint_without_fit_says_why(one_joint_analysis):
     text = printed(parameter_table(one_joint_analysis))
     assert 'elbow' in text
     assert 'unavailable' in text
-    assert 'reports no effort' in text
+    assert 'has no effort of it' in text
     assert ('elbow', 'coulomb') not in rows(text)
 
 

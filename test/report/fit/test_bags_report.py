@@ -49,7 +49,7 @@ def test_what_all_say_together_comes_first_and_each_recording_after_it(text):
     beginning = text[: text.index('<h2>')]
     for joint in ('shoulder', 'elbow'):
         assert re.search(rf'<strong>{joint}</strong>: \d', beginning)
-    assert 'its actuator reports no effort' in text
+    assert 'the recording has no effort of it' in text
     assert '&lt;a&gt;' in text
 
 

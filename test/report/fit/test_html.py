@@ -109,7 +109,7 @@ def test_a_truth_outside_the_interval_is_noted(analysis, truth):
 @pytest.mark.usefixtures('quick')
 def test_a_joint_without_fit_says_why(one_joint_analysis):
     page = report.render_report(one_joint_analysis)
-    assert 'elbow</strong>: its friction is not available, because its actuator reports no' in page
+    assert 'elbow</strong>: its friction is not available, because the recording has no' in page
     assert 'nan' not in joint_sentence(joint_views(one_joint_analysis)[1])
 
 

@@ -39,7 +39,7 @@ def fitted(start_ns, coulomb):
                 },
             }
         },
-        'unavailable': {'wrist': 'its actuator reports no effort'},
+        'unavailable': {'wrist': 'the recording has no effort of it'},
     }
 
 
@@ -55,7 +55,7 @@ def test_a_fit_s_rows_are_those_of_the_fit_to_use_and_say_why_a_joint_has_none()
         ('wrist', 'friction', None),
     ]
     assert rows[1].told == 'not identifiable'
-    assert rows[2].told == 'its actuator reports no effort'
+    assert rows[2].told == 'the recording has no effort of it'
     assert rows[0].date == '2023-11-14T00:00:00+00:00'
 
 
