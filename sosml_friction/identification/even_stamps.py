@@ -94,9 +94,9 @@ def _in_free_slots(
     Return even stamps of which some are a period sooner or later, as the positions say, (N,) [s].
 
     Beside a lost sample one that is late by more than half a period is nearer to the next even
-    time, which is free. Both are tried where both are free: r is what the position is off from
-    the cubic through two samples to each side, and the other time is right where it halves the
-    squares of r, and more than chance does.
+    time, which is free. So the even time to the other side of a stamp is tried where it is free:
+    r is what the position is off from the cubic through two samples to each side, and that time
+    is right where it halves the squares of r, by more than chance would.
     """
     result = even.copy()
     for run in runs:
@@ -109,7 +109,10 @@ def _in_free_slots(
         free = np.abs(t[k + way] - t[k]) > 1.5 * period
         beside = k[:, None] + _BESIDE
         taken = _off(t[k], x[k], t[beside], x[beside]) ** 2
-        spread = np.nanmedian(taken, axis=0)
+        # Joints whose position is not known say nothing, nor do those that rest.
+        told = np.isfinite(taken).any(axis=0)
+        spread = np.full(q.shape[1], np.nan)
+        spread[told] = np.nanmedian(taken[:, told], axis=0)
         told = spread > 0.0
         k, way, taken = k[free], way[free], taken[free][:, told]
         beside = k[:, None] + _BESIDE

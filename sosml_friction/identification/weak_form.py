@@ -240,7 +240,7 @@ class WeakForm:
                 v[rows], variance[rows] = VelocitySmoother(
                     samples, self._log.q[rows], v[rows], laws, noise, factor, self._half
                 ).run()
-        # Its laws are found: rows without their searches are a tenth as large.
+        # Its laws are found, and their searches have columns of all rows: they are forgotten.
         self._rows = {asked: replace(rows) for asked, rows in self._rows.items()}
         form = copy(self)
         form._variance, form._unsmoothed = variance, self

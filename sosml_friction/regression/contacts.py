@@ -16,8 +16,8 @@ from sosml_friction.regression.kernels import runs
 _WINDOW_S = 0.24
 #: A mean that is off by more than this many robust standard deviations belongs to a contact.
 #: Measured by ``python -m validation.leftovers``, seeds 424242, 20261213 and 20261283: the largest
-#: of 174 recordings without one, of three plants, was 5.3. In a null of ``python -m
-#: validation.campaign --seed 20261284`` it is 7.8, where a joint all but stops.
+#: of 174 recordings without one, of three plants, was 5.3. At 7 a null of ``python -m
+#: validation.campaign --seed 20261284`` had one, where a joint all but stops.
 _OVER = 9.0
 #: Most of the mean square that a sine of a period and more within that time has in its mean:
 #: 2 sinc(1.43)^2, the first side lobe. What has less there swings to both sides. Its first half

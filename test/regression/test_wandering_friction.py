@@ -22,9 +22,13 @@ def found(residual, told=ALL, counts=(6000,)):
 
 @pytest.mark.parametrize('counts', [(6000,), (2500, 3500)], ids=['one stretch', 'two stretches'])
 def test_a_level_of_friction_is_followed_across_reversals(counts):
-    """The line between means of 40 rows: 0.4^2 w^2 / 12 of a sine, and a sixth of the noise."""
+    """
+    The line between means of 0.4 s is off by 0.4^2 w^2 / 12 of a sine, 0.6 %, more where it turns.
+
+    Noise is that of a mean of 40 rows, a sixth.
+    """
     left = SIGN * SLOW - found(SIGN * SLOW + WHITE, counts=counts)
-    assert np.std(left) < 0.06 * np.std(SLOW) + np.std(WHITE) / 6.0
+    assert np.std(left) < 0.01 * np.std(SLOW) + np.std(WHITE) / 6.0
 
 
 def test_slow_noise_of_effort_and_white_noise_are_none():

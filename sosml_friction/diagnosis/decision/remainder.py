@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -159,12 +159,8 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     found += _ripples(laboratory, result.left, far, told, named)
     for i, burst in bursts(laboratory, result.left, far, told):
         share = share_beside(burst.energy, float(named[i]))
-        found.append(
-            Leftover(
-                BURSTS, i, burst.energy, burst.floor, share, REST,
-                bursts=burst.count, at_s=burst.at_s,
-            )
-        )  # fmt: skip
+        beyond = Leftover(BURSTS, i, burst.energy, burst.floor, share, REST)
+        found.append(replace(beyond, bursts=burst.count, at_s=burst.at_s))
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]

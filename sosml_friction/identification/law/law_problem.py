@@ -85,7 +85,6 @@ class LawProblem:
         self.made: Callable[[FloatArray], FloatArray] = lambda column: lag(column)[keep]
         self.speed, self.count = np.abs(v), int(groups.max()) + 1
         self.extra = tuple(f'extra_{k}' for k in range(extra.shape[1]))
-        self._spanned: tuple[LawProblem, FloatArray, FloatArray] | None = None
         self.power: float | None = None
         self.base = (
             'coulomb',
@@ -99,10 +98,11 @@ class LawProblem:
         self._constant = np.column_stack(
             [self.made(column) for column in constant] + [extra[keep]]
         )
-        self._forget()
+        self.forget()
 
-    def _forget(self) -> None:
-        """Forget the sign and the derivatives that were asked for last."""
+    def forget(self) -> None:
+        """Forget the columns that span laws, and sign and derivatives that were asked for last."""
+        self._spanned: tuple[LawProblem, FloatArray, FloatArray] | None = None
         self._signs: tuple[float, FloatArray, FloatArray] | None = None
         self._slopes: tuple[LawSolution, tuple[str, ...], _Slopes] | None = None
 
@@ -122,8 +122,7 @@ class LawProblem:
         """Return the problem with rows made in another way of what is dry friction."""
         result = copy(self)
         result.made = made
-        result._forget()
-        result._spanned = None
+        result.forget()
         return result
 
     def less(self, effort: FloatArray) -> LawProblem:
@@ -136,8 +135,7 @@ class LawProblem:
         """Return the problem with one more column, at all velocities."""
         result = copy(self)
         result.base = (*self.base, name)
-        result._forget()
-        result._spanned = None
+        result.forget()
         result._constant = np.column_stack([self._constant, self.made(column)])
         return result
 
@@ -151,7 +149,7 @@ class LawProblem:
         speeds = np.geomspace(slowest, self.speed.max(), _SPEEDS)
         at = copy(self)
         at.v = speeds if self.form.symmetric else np.concatenate([-speeds[::-1], [0.0], speeds])
-        at._forget()
+        at.forget()
         at.speed, at.made = np.abs(at.v), lambda column: column
         at._constant = np.empty((len(at.v), 0))
         if len(self.y) <= len(at.v):
@@ -165,19 +163,16 @@ class LawProblem:
         picked = spanning(columns)
         own = np.empty((len(self.y), len(picked)))
         for j, k in enumerate(picked.tolist()):
-            if k >= count:
-                own[:, j] = self.made(power_columns(self.v / fastest, powers[k - count])[0])
-                continue
-            (v_s, v0, alpha), column = laws[k // of_law], k % of_law
-            sign = smooth_sign(self.v, v0)
-            # The first column of a law is the sign, then come those of the knee.
-            own[:, j] = self.made(self._knees(sign, v_s, alpha)[column - 1] if column else sign)
+            if k < count:
+                (v_s, v0, alpha), column = laws[k // of_law], k % of_law
+                # The first column of a law is the sign, then come those of the knee.
+                sign = smooth_sign(self.v, v0)
+                whole = self._knees(sign, v_s, alpha)[column - 1] if column else sign
+            else:
+                whole = power_columns(self.v / fastest, powers[k - count])[0]
+            own[:, j] = self.made(whole)
         combination = np.asarray(np.linalg.pinv(columns[:, picked]))
         self._spanned = (at, combination, own)
-
-    def unspan(self) -> None:
-        """Forget the columns of :meth:`span`: they are the largest of a recording."""
-        self._spanned = None
 
     def reduced(self, weights: FloatArray) -> LawProblem:
         """
@@ -187,13 +182,12 @@ class LawProblem:
         has the rows of R.
         """
         root, few = np.sqrt(weights)[:, None], copy(self)
-        few._forget()
+        few.forget()
         if self._spanned is None:
             few.y, few._constant = self.y * root[:, 0], self._constant * root
             few.made = lambda column: self.made(column) * root[:, 0]
             return few
         at, combination, own = self._spanned
-        few.unspan()
         R = triangle(root[:, 0], own, self._constant, self.y[:, None])
         rows = R[:, : own.shape[1]] @ combination
         few.v, few.speed, few.made = at.v, at.speed, lambda column: np.array(rows @ column)

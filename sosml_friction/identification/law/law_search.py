@@ -166,7 +166,8 @@ class LawSearch:
         self.full, unshown = self._settled(self.whole(best))
         self.plain, without = self._settled(self.whole(self._plain()))
         self._refused = {True: unshown, False: without}
-        problem.unspan()
+        # All that follows is of the reduced rows, or of one law.
+        problem.forget()
 
     def _searched(self, v0: float | None) -> LawSolution:
         """Return the best law with a v0 up to the widest, and take the weights of its rows."""
