@@ -20,13 +20,13 @@ from sosml_friction.model.terms.effort_delay import EffortDelay
 
 def large_delay(design: Design, recordings: Recordings, model: RobotModelFile, step: Step) -> Late:
     """
-    Return delays d by which the fastest sine of the band may turn by more than a radian, if any.
+    Return delays that are too large to be found as a small change, if any.
 
-    The cause ``effort_delay`` is linear in d, tau(t - d) = tau - d dtau/dt. From 2 pi f d = 1 on,
-    that says nothing of the fastest f any more: the rest of the model is bent to make up for it,
-    and what is left looks like a structure that nobody knows. Then effort is to be taken sooner by
-    whole samples before anything is searched, as ``sosml fit`` does. Found by that column, d may
-    be as large as the end of its interval.
+    The cause ``effort_delay`` is linear in d, tau(t - d) = tau - d dtau/dt. Where that is too
+    coarse, d comes out too small, and from 2 pi f d = 1 on it says nothing of the fastest f of
+    the band: the rest of the model is bent to make up for it, and what is left looks like a
+    structure that nobody knows. Then effort is to be taken sooner by whole samples before anything
+    is searched, as ``sosml fit`` does.
     """
     if EffortDelay.identifier not in design.library:
         return {}
@@ -36,14 +36,21 @@ def large_delay(design: Design, recordings: Recordings, model: RobotModelFile, s
 
 
 def is_large(causes: Sequence[Cause], design: Design) -> bool:
-    """Tell whether a delay was named of which the fastest sine may turn by more than a radian."""
+    """Tell whether a delay was named that is too large to be found as a small change."""
     delays = [c.parameters['delay'] for c in causes if c.effect == EffortDelay.identifier]
     return any(_may_be_large(p.value, p.std_error, design) for p in delays)
 
 
 def _may_be_large(delay: float, error: float, design: Design) -> bool:
-    most = abs(delay) + Z_95 * error
-    return bool(most * 2.0 * np.pi * design.signals[0].band.cutoff > 1.0)
+    """
+    Tell whether a delay d is further off by being linear in it than by its standard error.
+
+    A sine that comes d late is sin(w d) / (w d) of d to the linear column, so that d is too small
+    by d (w d)^2 / 6 or less, w of the fastest of the band. Found by that column, the true one may
+    be as large as the end of its interval.
+    """
+    turn = 2.0 * np.pi * design.signals[0].band.cutoff * (abs(delay) + Z_95 * error)
+    return bool(abs(delay) * turn**2 / 6.0 > error)
 
 
 def checks_of(late: Late, names: Sequence[str]) -> list[Check]:

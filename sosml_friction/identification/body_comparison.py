@@ -27,6 +27,7 @@ from sosml_friction.identification.late_effort import (
     delays_of,
     find_late,
     hold_columns,
+    sooner,
     undone,
 )
 from sosml_friction.identification.law.law_fit import LawFit
@@ -131,7 +132,7 @@ class BodyComparison:
         # column is the slope of a small delay: a large one is found in several rounds.
         recorded, as_recorded = logs, fit
         tried = [_samples(late)]
-        while beyond := beyond_interval(fit):
+        while beyond := beyond_interval(fit, late):
             step('measuring how late effort is')
             delayed = first(logs, terms=(*beside, *delays_of(fit.names)), rotors=_rotors(fit))
             more = find_late(delayed, logs, late, beyond)
@@ -142,7 +143,7 @@ class BodyComparison:
             logs = [undone(late, log) for log in recorded]
             fit = first(logs, terms=beside, rotors=_rotors(delayed))
         if late:
-            late = _measured_again(late, _timing(fit, logs, {}))
+            late = _measured_again(late, _measured(fit, logs, late))
         if only_late:
             return cls(late=late)
         if stated:
@@ -225,8 +226,8 @@ def _measured_again(late: Late, timing: Mapping[str, EffortTiming]) -> Late:
     return result
 
 
-def _timing(fit: TermFit, logs: Sequence[JointLog], late: Late) -> dict[str, EffortTiming]:
-    """Return when effort is reported, as a regression has it beside all else."""
+def _measured(fit: TermFit, logs: Sequence[JointLog], late: Late) -> dict[str, EffortTiming]:
+    """Return when effort, taken sooner as told, is reported, as a regression has it."""
     nominal, columns = fit.laboratory.nominal, hold_columns(fit)
     step = float(np.median([log.step for log in logs]))
     names = [nominal.names[k] for k in columns.values()]
@@ -234,10 +235,17 @@ def _timing(fit: TermFit, logs: Sequence[JointLog], late: Late) -> dict[str, Eff
         np.array([each[name] for name in names]) for each in (fit.refit, fit.refit_errors)
     )
     prior = float(nominal.prior[min(columns.values())])
-    timing = dict(zip(columns, EffortTiming.of(delays, errors, prior, step), strict=True))
+    found = EffortTiming.of(delays, errors, prior, step, sooner(late, columns))
+    return dict(zip(columns, found, strict=True))
+
+
+def _timing(fit: TermFit, logs: Sequence[JointLog], late: Late) -> dict[str, EffortTiming]:
+    """Return when effort is reported, as a regression has it beside all else."""
+    step = float(np.median([log.step for log in logs]))
     # Known to whole samples no better than by chance, it is not within the interval for sure.
     left = {joint: each.left for joint, each in late.items()}
-    return timing | {joint: each for joint, each in left.items() if not each.is_told(step)}
+    rough = {joint: each for joint, each in left.items() if not each.is_told(step)}
+    return _measured(fit, logs, late) | rough
 
 
 def _is_shown(fit: TermFit, term: FittedTerm, price: float = 0.0) -> bool:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -117,6 +117,13 @@ def delays_of(joints: Sequence[str]) -> list[str]:
     return [f'{DELAY}@{joint}' for joint in joints] if len(joints) > 1 else [DELAY]
 
 
+def sooner(late: Late, joints: Iterable[str]) -> FloatArray:
+    """Return by how much the effort of each joint was taken sooner (n,) [s]."""
+    return np.array(
+        [late[joint].samples * late[joint].step_s if joint in late else 0.0 for joint in joints]
+    )
+
+
 def undone(late: Late, log: JointLog) -> JointLog:
     """Return the log with effort taken ``samples`` sooner, without samples that have none."""
     time, tau = log.time, log.tau.copy()
@@ -159,15 +166,17 @@ def find_late(fit: TermFit, logs: Sequence[JointLog], before: Late, beyond: Sequ
         for term in fit.linear
         if term.term == DELAY
     }
-    changes, precision = shared_time(
-        np.array([p.value for p in found.values()]),
+    undone_before = sooner(before, found)
+    delays, precision = shared_time(
+        np.array([p.value for p in found.values()]) + undone_before,
         precision_of(np.array([p.std_error for p in found.values()])),
     )
-    alike = len(found) > 1 and bool(np.all(changes == changes[0]))
+    changes = delays - undone_before
+    alike = len(found) > 1 and bool(np.all(delays == delays[0]))
     early = [] if before or not (changes < 0.0).any() else _early_at_speed(fit, step)
     result = dict(before)
-    for joint, change, p in zip(found, changes.tolist(), precision.tolist(), strict=True):
-        delay = change + (before[joint].samples * step if joint in before else 0.0)
+    each = zip(found, delays.tolist(), changes.tolist(), precision.tolist(), strict=True)
+    for joint, delay, change, p in each:
         samples = round(abs(delay / step))
         # Within an interval it is where in it a sample is taken.
         sure = _WITHIN * step < abs(change) and change**2 * p > VERY_STRONG
@@ -211,12 +220,14 @@ def _early_at_speed(fit: TermFit, step: float) -> list[str]:
     return _strongly(estimate(fit.laboratory, placed), own, lambda joint, delay: delay < -step)
 
 
-def beyond_interval(fit: TermFit) -> list[str]:
+def beyond_interval(fit: TermFit, late: Late) -> list[str]:
     """
     Return the joints whose effort acts outside of the interval between its samples.
 
     Either the fitted time is at its bound, or the data alone, without the prior, very strongly
     show a time beyond it. With the prior, a slow motion or noisy effort would never show it.
+
+    :param late: by what the effort of the fit was taken sooner already.
     """
     laboratory = fit.laboratory
     columns = hold_columns(fit)
@@ -233,19 +244,28 @@ def beyond_interval(fit: TermFit) -> list[str]:
         estimate(free, fit.estimate.placed),
         columns,
         lambda joint, delay: abs(delay) > limits[joint],
+        sooner(late, columns),
     )
     return [joint for joint in columns if at_bound[joint] or joint in shown]
 
 
 def _strongly(
-    found: Estimate, columns: Mapping[str, int], such: Callable[[str, float], bool]
+    found: Estimate,
+    columns: Mapping[str, int],
+    such: Callable[[str, float], bool],
+    before: FloatArray | float = 0.0,
 ) -> list[str]:
-    """Return the joints whose delay is such a one, and very strongly one at all."""
+    """
+    Return the joints whose delay is such a one, and very strongly one at all.
+
+    :param before: by how much the effort of each was taken sooner already (n,) [s].
+    """
     k = list(columns.values())
-    delays, precision = shared_time(found.fit.baseline.x[k], precision_of(found.errors[k]))
+    delays = found.fit.baseline.x[k] + before
+    shared, precision = shared_time(delays, precision_of(found.errors[k]))
     return [
         joint
-        for joint, delay, p in zip(columns, delays.tolist(), precision.tolist(), strict=True)
+        for joint, delay, p in zip(columns, shared - before, precision, strict=True)
         if such(joint, delay) and delay**2 * p > VERY_STRONG
     ]
 
