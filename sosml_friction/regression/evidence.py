@@ -303,8 +303,8 @@ class Score:
     ``best``: index into its grid on all data; ``gain``: fall of the cost; ``amplitude``, ``error``
     (k,); ``x`` (p,) the nominal deviations beside it. ``cv_gain``: share of the held-out residual
     energy of its joints that it removes, inner parameters chosen without the fold; ``cv_se`` its
-    standard error over the folds; ``energy``: held-out energy removed in all. ``gains`` (g,) over
-    the grid.
+    standard error over the folds; ``cv_least``: without the fold in which it removes most;
+    ``energy``: held-out energy removed in all. ``gains`` (g,) over the grid.
     """
 
     best: int
@@ -314,6 +314,7 @@ class Score:
     x: FloatArray
     cv_gain: float
     cv_se: float
+    cv_least: float
     energy: float
     gains: FloatArray
 
@@ -379,6 +380,7 @@ class Fit:
             x=solutions[best, :p],
             cv_gain=float(removed.sum()) / energy,
             cv_se=float(np.std(removed, ddof=1)) * np.sqrt(len(removed)) / energy,
+            cv_least=float(removed.sum() - removed.max()) / energy,
             energy=float(removed.sum()),
             gains=gains - base,
         )

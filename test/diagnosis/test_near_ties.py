@@ -15,7 +15,7 @@ from sosml_friction.regression.evidence import CandidateColumns, Score
 
 EMPTY = np.zeros((1, 1, 1, 1))
 COLUMNS = CandidateColumns(np.array([0]), EMPTY, EMPTY, EMPTY)
-SCORE = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.01, 0.001, 50.0, np.ones(1))
+SCORE = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.01, 0.001, 0.005, 50.0, np.ones(1))
 
 
 def finding(name, joint, bic, objection=''):

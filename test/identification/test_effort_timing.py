@@ -346,3 +346,19 @@ def test_a_stated_hold_is_used_as_it_is_where_effort_is_late_by_samples():
     assert len(late.log.time) < len(stated.log.time)
     (said,) = (f.sentence for f in stated.data_checks.findings if f.check == 'late_effort')
     assert 'used as its hold is stated, and without --effort-hold is taken' in said
+
+
+def test_joints_share_a_time_where_they_are_as_late_as_recorded():
+    """A joint whose effort was taken two samples sooner is not told by one that was in time."""
+    step, prior = 4e-3, 1.1e-3
+    delays, errors = np.array([0.64e-3, 1.07e-3]), np.array([0.06e-3, 0.23e-3])
+    shared = EffortTiming.of(delays, errors, prior, step)
+    assert shared[0] == shared[1]
+    by_hand = np.average(delays, weights=errors**-2.0)
+    assert shared[0].delay_s == pytest.approx(by_hand, rel=0.01)
+    in_time, late = EffortTiming.of(delays, errors, prior, step, np.array([0.0, 2.0 * step]))
+    assert in_time.std_error == pytest.approx(errors[0], rel=0.01)
+    assert late.std_error == pytest.approx(errors[1], rel=0.03)
+    # Both taken two samples sooner are alike again.
+    both = EffortTiming.of(delays, errors, prior, step, 2.0 * step)
+    assert both[0].delay_s == pytest.approx(by_hand, rel=0.01)

@@ -75,17 +75,15 @@ def _causes(
             )
             continue
         effect, joint = finding.reported(names)
-        rivals = _rivals(laboratory, finding, fit)
-        # What another cause explains as well may be that, beyond its own tolerance.
-        alone = all(rival.partition('@')[0] == effect for rival in rivals)
         causes[finding.key] = Cause(
             effect,
             joint,
             parameters,
             _evidence(finding),
-            rivals,
+            _rivals(laboratory, finding, fit),
             term,
-            alone and finding.effect.tolerated(fit, scale_tolerance(laboratory)),
+            # Whatever else explains it as well: what is expected is more likely than any cause.
+            finding.effect.tolerated(fit, scale_tolerance(laboratory)),
             gains.get(finding.key),
             _stated(finding.effect),
             finding.effect.stated_names,

@@ -28,11 +28,14 @@ from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
 from sosml_friction.diagnosis.decision.slow_noise import noise_where
 from sosml_friction.diagnosis.decision.tones import TONE_SHARE, tones
+from sosml_friction.diagnosis.trust import scale_tolerance
 from sosml_friction.model.terms.cogging import Cogging
+from sosml_friction.model.terms.effort_scale import EffortScale
+from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.curves.axes import NEIGHBOURS, POSITION, SPEED, TIME
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
-from sosml_friction.regression.evidence import Fit
+from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.rival import VERY_STRONG
@@ -95,7 +98,9 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     # A number of the nominal that is wrong has no structure, however much it explains.
     wrong = [finding.columns for finding in accepted if finding.effect.parameter_error]
     alone = laboratory.system.extended(wrong)
-    alone_fit, fit = (fit_within(x, fit.target.y, far) for x in (alone, fit.system))
+    alone_fit, fit = (
+        fit_within(with_scales(laboratory, x), fit.target.y, far) for x in (alone, fit.system)
+    )
     rows = laboratory.known * far.mean(axis=0)
     told = [i for i in range(laboratory.robot.n) if rows[i] > 0.0]
     curves: list[tuple[int, FloatArray]] = []
@@ -165,6 +170,18 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]
     return Remainder((*found, *instead), explained, float(named.sum()))
+
+
+def with_scales(laboratory: WhitenedRegression, system: System) -> System:
+    """Return a system in which torque constants may be off by their tolerance besides."""
+    told = [i for i in range(laboratory.robot.n) if i not in laboratory.nominal.silent]
+    columns = [laboratory.single(EffortScale(), i, {}) for i in told]
+    result, most = system.extended(columns), np.full(len(told), scale_tolerance(laboratory))
+    bound, prior = (
+        np.concatenate([own, more])
+        for own, more in ((system.bound, most), (system.prior, most / SIGMAS))
+    )
+    return replace(result, bound=bound, prior=prior)
 
 
 def all_together(

@@ -147,7 +147,7 @@ class Scorer:
         C = columns.C[:, :, s.best : s.best + 1] * rows[:, columns.rows, None, None]
         there = fit.score(CandidateColumns.make(fit.system, columns.rows, C))
         return replace(
-            s, gain=there.gain, cv_gain=there.cv_gain, cv_se=there.cv_se, energy=there.energy
+            there, best=s.best, amplitude=s.amplitude, error=s.error, x=s.x, gains=s.gains
         )
 
     def refine(self, fit: Fit, finding: Finding) -> Finding:

@@ -16,7 +16,6 @@ from sosml_friction.diagnosis.decision.tones import tone_in_place
 from sosml_friction.diagnosis.decision.torque_ripple import torque_ripple_in_place
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.regression.carried_load import fitted_to_carried_load
-from sosml_friction.regression.chance import BEYOND_CHANCE
 from sosml_friction.regression.estimate import estimate, settle, with_amplitudes
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.rival import VERY_STRONG
@@ -111,7 +110,7 @@ class Selector:
             if self._enough(result.accepted):
                 return result
             top = self._refined(result.fit, found)
-            result = replace(result, refused=next(filter(_only_impossible, top), None))
+            result = replace(result, refused=next(filter(only_impossible, top), None))
             if not top:
                 return result
             of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
@@ -324,20 +323,19 @@ def nominal_friction(laboratory: WhitenedRegression) -> list[tuple[str, int]]:
     return [c.key for c in laboratory.candidates if c.effect.of_law and c.effect.parameter_error]
 
 
-def _only_impossible(finding: Finding) -> bool:
+def only_impossible(finding: Finding) -> bool:
     """
     Tell whether nothing else speaks against a candidate: it explains something, no chance.
+
+    It explains more than its floor even without the fold in which it removes most: what comes
+    once is a disturbance, and what acts in fast or loaded motion alone differs between folds.
 
     Of what acts at reversals alone, less than nothing is friction that turns around ahead of
     motion: that of a joint that sticks does, and it is no structure.
     """
     s = finding.score
     ahead = finding.effect.reversals_alone and bool((s.amplitude < 0.0).all())
-    return (
-        bool(finding.objection)
-        and not ahead
-        and s.cv_gain - BEYOND_CHANCE * s.cv_se > finding.floor
-    )
+    return bool(finding.objection) and not ahead and s.cv_least > finding.floor
 
 
 def impossible_energy(found: Sequence[Finding]) -> float:

@@ -74,6 +74,8 @@ def test_the_gain_of_a_fold_is_what_the_mean_of_the_others_removes_of_it(levels)
     assert s.cv_gain == pytest.approx(removed.sum() / energy, rel=1e-6)
     spread = np.std(removed, ddof=1) * np.sqrt(FOLDS) / energy
     assert s.cv_se == pytest.approx(spread, rel=1e-6)
+    least = (removed.sum() - removed.max()) / energy
+    assert s.cv_least == pytest.approx(least, rel=1e-6)
 
 
 def test_a_fold_is_predicted_at_the_grid_point_that_the_others_choose():
@@ -101,7 +103,7 @@ def test_a_nominal_parameter_takes_what_its_bound_allows_before_a_candidate():
 
 EMPTY = np.zeros((1, 1, 1, 1))
 COLUMNS = CandidateColumns(np.array([0]), EMPTY, EMPTY, EMPTY)
-SCORE = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.2, 0.1, 50.0, np.ones(1))
+SCORE = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.2, 0.1, 0.1, 50.0, np.ones(1))
 PASSING = Finding(Spring(), 0, {}, SCORE, COLUMNS, 50.0, floor=0.1)
 
 

@@ -21,20 +21,27 @@ from known_robots import (
 )
 from scipy.signal import lfilter, savgol_filter
 
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.leftover import LEAST, REST, Leftover
-from sosml_friction.diagnosis.decision.remainder import all_together
-from sosml_friction.diagnosis.decision.selector import Selector
+from sosml_friction.diagnosis.decision.remainder import all_together, with_scales
+from sosml_friction.diagnosis.decision.selector import Selector, only_impossible
 from sosml_friction.diagnosis.decision.slow_noise import noise_where
 from sosml_friction.diagnosis.decision.tone import Tone, strongest_tone
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.simple_models import free_model
 from sosml_friction.model.terms.effort_bias import EffortBias
-from sosml_friction.regression.evidence import Fit, System, make_blocks
+from sosml_friction.model.terms.effort_scale import EffortScale
+from sosml_friction.model.terms.spring import Spring
+from sosml_friction.model.terms.stribeck import Stribeck
+from sosml_friction.regression.chance import SIGMAS
+from sosml_friction.regression.evidence import CandidateColumns, Fit, Score, System, make_blocks
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.kernels import hats
 from sosml_friction.regression.noise_model import NoiseModel
 from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import prepare
+from sosml_friction.regression.whitened import WhitenedRegression
 from validation.axis_campaign import trial
 from validation.trial import Spec, build, nominal_model
 
@@ -231,6 +238,33 @@ def test_what_a_nominal_parameter_may_be_is_no_curve_and_what_is_beyond_it_is():
     constant = [(0, np.repeat(np.eye(9), -(-ROWS // 9), axis=0)[:ROWS])]
     assert fit_curves(fitted(noise + 0.08), constant).energy[0] < LEAST * ROWS
     assert fit_curves(fitted(noise + 0.4), constant).energy[0] > 2.0 * LEAST * ROWS
+
+
+@pytest.mark.parametrize('trust', [0.0, 0.02, np.inf])
+def test_a_torque_constant_may_be_off_by_its_tolerance_beside_curves(trust):
+    model, settings = (
+        slider_model(20.0, 200.0),
+        DiagnosisSettings(trust={'torque_constant': trust}),
+    )
+    log = slider_recording(seed=1)
+    signals = prepare([log], model, model.make_robot(), settings)
+    made = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings)
+    found = with_scales(made, made.system)
+    p = made.system.Z.shape[2]
+    assert (found.bound[p:], found.prior[p:]) == ([trust], [trust / SIGMAS])
+    # All of the effort, as the noise sees it: of a share e of it is left what e of this column is.
+    torque = made.single(EffortScale(), 0, {}).C[:, :, 0, 0]
+    assert found.Z[:, :, p] == pytest.approx(torque)
+
+
+def test_what_only_acts_in_some_folds_is_beyond_chance_and_what_acts_in_one_is_not():
+    """Of an impossible candidate: one fold is a disturbance, two are a motion that recurs."""
+    own = CandidateColumns(np.array([0]), *(np.zeros((1, 1, 1, 1)),) * 3)
+    score = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.2, 0.14, 0.09, 50.0, np.ones(1))
+    found = Finding(Spring(), 0, {}, score, own, 50.0, objection='no such spring', floor=0.015)
+    assert only_impossible(found)
+    assert not only_impossible(replace(found, score=replace(score, cv_least=0.01)))
+    assert not only_impossible(replace(found, objection=''))
 
 
 def test_a_hum_is_a_tone_and_noise_is_none():
