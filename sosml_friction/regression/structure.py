@@ -24,9 +24,11 @@ _AXES: tuple[Callable[[Recording], FloatArray], ...] = (
     lambda s: s.a,
     lambda s: s.torque,
 )
-#: The part of each that is noise of position and no motion (N, n): acceleration has most of it.
+#: The part of each that is noise of position and no motion, (N, n) or its standard deviation (n,):
+#: acceleration has most of it, and at a constant speed it is all of how velocity differs. Friction
+#: that falls with speed was left along a plateau by the noise that its velocity has.
 _NOISE: tuple[Callable[[Signals], FloatArray | float] | None, ...] = (
-    None,
+    lambda s: s.jitter,
     None,
     lambda s: s.rough,
     lambda s: s.shaken,
