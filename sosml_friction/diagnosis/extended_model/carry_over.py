@@ -17,6 +17,7 @@ where nothing of it is there. It makes the error larger where b < 1/2, half-way 
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -83,7 +84,7 @@ def what_recurs(laboratory: WhitenedRegression, selection: Selection, folds: Hel
     """
     Take back the causes of which nothing is there on folds left out, but for chance.
 
-    Nothing is there, too, of one that may remove nothing, as its interval says.
+    Nothing is there, too, of one that may remove nothing, as its interval says, b >= 1/2.
 
     The one that recurs least is the first, as in :func:`what_carries_over`.
     """
@@ -114,30 +115,39 @@ def _gain(
     # Each joint counts by what is left of it.
     scale = np.maximum(np.sqrt(np.mean(e**2, axis=0)), 1e-300)
     d = (e_0 - e) / scale
-    count = len(e)
-
     # Standard errors are taken over as many stretches as a diagnosis has blocks.
     stretches = laboratory.settings.blocks
-    squares = _by_stretch(np.column_stack([e_0**2, e**2]), stretches)
-    m = len(rows)
+    share = partial(_recurring, stretches=stretches)
+    without, with_it = (np.sqrt(np.mean(x**2, axis=0)) for x in (e_0, e))
 
-    def removed(i: int) -> Callable[[FloatArray], float]:
-        return lambda sums: float(np.sqrt(sums[i] / sums[-1]) - np.sqrt(sums[m + i] / sums[-1]))
+    def removed(i: int) -> Uncertain:
+        """
+        Return what is removed in a joint: the slope of its error over b is that of |d|^2 b.
 
-    products = np.column_stack([(d * (e_0 / scale)).sum(1), (d * d).sum(1)])
+        Not how it differs between stretches: what acts in fast ones alone removes all of itself.
+        """
+        slope = float(np.mean((e_0 - e)[:, i] ** 2)) / max(float(with_it[i]), 1e-300)
+        b = share(d[:, i], e_0[:, i] / scale[i])
+        return Uncertain(float(without[i] - with_it[i]), slope * b.std_error)
+
     size, phase = _on_these(held, selection, own, rows, e_0 / scale, scale, stretches)
     return CauseGain(
         tuple(robot.names[i] for i in rows),
         tuple(robot.effort_units[i] for i in rows),
-        np.sqrt(np.sum(e_0**2, axis=0) / count),
-        np.sqrt(np.sum(e**2, axis=0) / count),
-        tuple(_jackknife(squares, removed(i)) for i in range(m)),
-        _jackknife(
-            _by_stretch(products, stretches), lambda sums: float(sums[0] / max(sums[1], 1e-300))
-        ),
+        without,
+        with_it,
+        tuple(removed(i) for i in range(len(rows))),
+        share(d, e_0 / scale),
         size,
         phase,
     )
+
+
+def _recurring(d: FloatArray, e_0: FloatArray, stretches: int) -> Uncertain:
+    """Return the share b of what is predicted that is there, of one joint or of several."""
+    d, e_0 = (x.reshape(len(x), -1) for x in (d, e_0))
+    sums = _by_stretch(np.column_stack([(d * e_0).sum(1), (d * d).sum(1)]), stretches)
+    return _jackknife(sums, lambda total: float(total[0] / max(total[1], 1e-300)))
 
 
 def _on_these(

@@ -56,6 +56,10 @@ def test_a_cause_that_is_there_again_carries_over_and_removes_what_it_is():
     ripple = np.sqrt(gain.without[0] ** 2 - gain.with_it[0] ** 2)
     assert ripple == pytest.approx(SIZE / np.sqrt(2.0), rel=0.1)
     assert gain.removed[0].value == pytest.approx(gain.without[0] - gain.with_it[0])
+    # |e_0|^2 - |e|^2 = |d|^2 (2 b - 1), and what is removed goes with |d|^2 b / |e|.
+    predicted = (gain.without[0] ** 2 - gain.with_it[0] ** 2) / (2.0 * gain.recurs.value - 1.0)
+    slope = predicted / gain.with_it[0]
+    assert gain.removed[0].std_error == pytest.approx(slope * gain.recurs.std_error)
     assert diagnosis.gain.inverse_after[0] == pytest.approx(gain.with_it[0])
 
 
@@ -96,6 +100,23 @@ def test_what_is_gone_does_not_recur_in_any_phase():
     # As above: what a reversal leaves has some of any ripple.
     assert gain.recurs.value == pytest.approx(0.0, abs=4.0 * gain.recurs.std_error + 0.05)
     assert not gain.size_recurs or gain.size.value < 0.1
+
+
+def test_what_acts_in_fast_motion_alone_is_there_beyond_chance():
+    """Of six stretches two are fast: by stretch, what an inertia removes is 0 to all of it."""
+    t = np.arange(0.0, 48.0, 5e-3)
+    fast = 0.08 + 0.92 * np.clip(np.minimum(np.abs(t - 20.0), np.abs(t - 40.0)) < 4.0, 0, 1)
+    fast = np.convolve(fast, np.hanning(401) / np.hanning(401).sum(), mode='same')
+    q = (0.08 * np.sin(0.9 * t) + 0.02 * np.sin(5.1 * t)) * fast
+    v = np.gradient(q, t)
+    a = np.gradient(v, t)
+    tau = 1.15 * SLIDER_MASS * a + 20.0 * smooth_sign(q, v) + 200.0 * v
+    tau += np.random.default_rng(5).normal(0.0, 1.0, len(t))
+    diagnosis = diagnose([recording(('slider',), t, q, tau)], MODEL, without=WITHOUT)
+    (gain,) = (cause.gain for cause in diagnosis.causes if cause.effect == 'inertia')
+    (removed,) = gain.removed
+    assert gain.shown
+    assert removed.std_error < 0.1 * removed.value
 
 
 def test_what_is_not_there_on_folds_left_out_is_taken_back(monkeypatch):
