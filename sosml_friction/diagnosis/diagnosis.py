@@ -224,7 +224,9 @@ def _concluded(
     checks = search.design.checks
     found = model_causes(laboratory, selection, kept, judged.gains)
     tolerated = tuple(cause for cause in found if cause.tolerated)
-    causes = data_causes(checks, laboratory, without, selection)
+    shown = data_causes(checks, laboratory, without, selection)
+    # The impacts of a gear that gives are no other gap than the one that the regression has.
+    causes = [cause for cause in shown if not any(each.stands_for(cause) for each in found)]
     causes += [cause for cause in found if not cause.tolerated]
     # What the model lacks is told before what the data lack.
     causes.sort(key=lambda cause: cause.is_fault)

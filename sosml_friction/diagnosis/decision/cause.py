@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A cause as it is reported: effect, joint, parameters, evidence."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -80,6 +82,11 @@ class Cause:
     def in_model(self) -> bool:
         """Tell whether the extended model has it."""
         return bool(self.terms)
+
+    def stands_for(self, other: Cause) -> bool:
+        """Tell whether either may be the other, of one joint: then it is told with this one."""
+        alike = self.effect in other.rivals and other.effect in self.rivals
+        return alike and self.joint == other.joint
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""

@@ -227,6 +227,16 @@ def test_of_effort_that_is_noise_for_the_larger_part_it_is_not_said_to_be_explai
         assert (f'{share:.2f} % of effort that is left in {name}' in said) == (share <= 50.0)
 
 
+def test_a_gear_that_gives_is_told_once():
+    """Impacts show a gap that the regression has as a spring which may be a gap."""
+    impacts = Cause('backlash', 'x', {}, {}, rivals=('joint_elasticity',))
+    spring = Cause('joint_elasticity', 'x', {}, {}, rivals=('backlash',))
+    assert spring.stands_for(impacts)
+    assert not replace(spring, joint='y').stands_for(impacts)
+    assert not replace(spring, rivals=()).stands_for(impacts)
+    assert not spring.stands_for(replace(impacts, rivals=()))
+
+
 def test_what_only_an_impossible_cause_explains_is_not_explained():
     """Friction turns around over 40 um; of a third over 0.5 mm no curve away from there tells."""
 
