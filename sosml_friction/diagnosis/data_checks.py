@@ -63,7 +63,7 @@ class Check:
     Hold one finding about the data.
 
     ``kind``: cut_off, time_base, dropped_samples, velocity_lag, velocity, position, quantisation,
-    motion, effort, effort_delay, held_effort, held_position, rest or held_joints;
+    motion, effort, effort_delay, held_effort, held_position, rest, tone or held_joints;
     ``severity``: note, warning or bad; ``joint``: its name, or '*'; ``sentence`` for a person;
     ``values``: the numbers, SI units in their names. What is bad of one joint leaves out that
     joint, and the others go on.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import Check, rest_left_out, velocity_lag
 from sosml_friction.diagnosis.recordings import Recordings
+from sosml_friction.diagnosis.tone_above_band import tone_above_band
 from sosml_friction.diagnosis.trust import trusting
 from sosml_friction.diagnosis.untold_inertia import UNTOLD, untold_inertia, untold_joints
 from sosml_friction.exceptions import ConfigurationError, DataError
@@ -60,13 +61,14 @@ class Design:
         """
         signals = with_known(prepare(recordings.logs, model, robot, settings), model)
         told = [i for i in range(robot.n) if i not in signals[0].silent]
-        lags = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
+        own = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
+        own += [tone_above_band(signals, i) for i in told]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         result = cls(
             tuple(signals),
             library,
             _regression(signals, library, settings, step),
-            (*recordings.checks, *filter(None, lags)),
+            (*recordings.checks, *filter(None, own)),
         )
         if untold := untold_inertia(result.laboratory):
             result = result.with_free_inertia(untold, step)

@@ -80,7 +80,9 @@ def _centred(x: FloatArray) -> FloatArray:
     return x - x.mean(axis=0)
 
 
-def strongest_tone(left: FloatArray, noise: NoiseModel, step: float, band: float) -> Tone:
+def strongest_tone(
+    left: FloatArray, noise: NoiseModel, step: float, band: float, above: float = 0.0
+) -> Tone:
     """
     Return the strongest tone of a whitened residual.
 
@@ -91,12 +93,12 @@ def strongest_tone(left: FloatArray, noise: NoiseModel, step: float, band: float
 
     :param left: of one joint in one stretch (N,), 0 where it says nothing.
     :param step: from row to row [s].
-    :param band: edge of the band [Hz].
+    :param band: edge of the band [Hz]; ``above``: from where on.
     """
     count, told = len(left), np.count_nonzero(left)
     power = np.abs(np.fft.rfft(left)) ** 2
     hertz = np.fft.rfftfreq(count, step).astype(np.float64)
-    inside = (np.arange(len(power)) >= _CYCLES) & (hertz < band)
+    inside = (np.arange(len(power)) >= _CYCLES) & (hertz < band) & (hertz > above)
     if not power[inside].any():
         return Tone(0.0, 0.0, 1.0)
     beside = median_filter(power, size=_BESIDE, mode='reflect') / np.log(2.0)
