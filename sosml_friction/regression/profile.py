@@ -154,7 +154,8 @@ class _Walk:
         value, root = float(own.inner[name]), 0.0
         passed: list[ProfilePoint] = []
         while True:
-            if not low < value < high:
+            # From the end of its range it goes the other way.
+            if value <= low if step < 0.0 else value >= high:
                 return (0.0 if step < 0.0 else np.inf), passed
             ahead = float(np.clip(value * np.exp(step), low, high))
             point = self.at({name: ahead}, (name,))

@@ -41,6 +41,24 @@ def test_friction_over_a_linear_axis_is_found_whatever_its_period(periods):
     assert found.gain.inverse_after[0] < 0.3 * found.gain.inverse_before[0]
 
 
+def test_friction_that_is_tight_in_the_middle_is_the_slowest_wave():
+    """A parabola: its wave is at the end of its range, from where it can only be faster."""
+    t = np.arange(0.0, 40.0, 4e-3)
+    q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
+    s = smooth_sign(q, v)
+    middle, half = 0.5 * (q.min() + q.max()), 0.5 * float(np.ptp(q))
+    tau = SLIDER_MASS * a + 20.0 * s + 200.0 * v + 3.0 * s * (1.0 - ((q - middle) / half) ** 2)
+    tau += np.random.default_rng(8).normal(0.0, 1.0, len(t))
+    found = diagnose([recording(('slider',), t, q, tau)], slider_model(20.0, 200.0))
+    assert found.verdict == 'named'
+    (cause,) = (x for x in found.causes if x.effect == 'position_dependent_friction')
+    frequency = cause.parameters['frequency']
+    assert frequency.value == pytest.approx(np.pi / float(np.ptp(q)), rel=0.02)
+    low, high = frequency.interval
+    assert low == 0.0
+    assert frequency.value < high < 4.0 * frequency.value
+
+
 def test_once_per_turn_is_looked_for_over_any_number_of_turns():
     """A shaft that turns for long has no half period of its range that is a turn."""
     signals = SimpleNamespace(
