@@ -62,9 +62,8 @@ class Check:
     """
     Hold one finding about the data.
 
-    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, velocity, position, quantisation,
-    motion, effort, effort_delay, held_effort, held_position, rest, tone or held_joints;
-    ``severity``: note, warning or bad; ``joint``: its name, or '*'; ``sentence`` for a person;
+    ``kind``: what it is about, such as dropped_samples, effort or tone; ``severity``: note,
+    warning or bad; ``joint``: its name, or '*'; ``sentence`` for a person;
     ``values``: the numbers, SI units in their names. What is bad of one joint leaves out that
     joint, and the others go on.
     """

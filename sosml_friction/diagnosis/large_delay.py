@@ -45,9 +45,8 @@ def _may_be_large(delay: float, error: float, design: Design) -> bool:
     """
     Tell whether a delay d is further off by being linear in it than by its standard error.
 
-    A sine that comes d late is sin(w d) / (w d) of d to the linear column, so that d is too small
-    by d (w d)^2 / 6 or less, w of the fastest of the band. Found by that column, the true one may
-    be as large as the end of its interval.
+    To the linear column a sine that comes d late is sin(w d) / w late, so that d is too small by
+    up to d (w D)^2 / 6: w of the fastest of the band, D the far end of the interval of d.
     """
     turn = 2.0 * np.pi * design.signals[0].band.cutoff * (abs(delay) + Z_95 * error)
     return bool(abs(delay) * turn**2 / 6.0 > error)

@@ -146,8 +146,9 @@ class BodyComparison:
             late = _measured_again(late, _measured(fit, logs, late))
         if only_late:
             return cls(late=late)
+        taken = late
         if stated:
-            logs, fit = recorded, as_recorded
+            logs, fit, taken = recorded, as_recorded, {}
         fit_with = partial(plain, logs, rotors=_rotors(fit))
         repeats = {t.joint: fit.profiled(t) for t in fit.linear if t.term == COGGING}
         shown = [t for t in fit.linear if t.term in _MORE_FRICTION and _is_shown(fit, t)]
@@ -182,7 +183,7 @@ class BodyComparison:
                 step('fitting friction beside the rigid body')
                 return friction_beside(*again(bare))
 
-            timing = _timing(fit, logs, late)
+            timing = _timing(fit, logs, late, taken)
             return cls(rotors, timing, doubt, late, loads, repeats, fitted_friction)
         step('fitting beside the friction that the data show')
         found, hidden = again(bare)
@@ -195,7 +196,7 @@ class BodyComparison:
             laws, loads_there = friction_beside(*again(fitted))
             body = replace(body, laws=laws, loads=loads_there)
         friction = (body.laws, body.loads)
-        timing = _timing(fit, logs, late)
+        timing = _timing(fit, logs, late, taken)
         return cls(body, timing, None, late, loads, repeats, lambda: friction)
 
 
@@ -239,13 +240,19 @@ def _measured(fit: TermFit, logs: Sequence[JointLog], late: Late) -> dict[str, E
     return dict(zip(columns, found, strict=True))
 
 
-def _timing(fit: TermFit, logs: Sequence[JointLog], late: Late) -> dict[str, EffortTiming]:
-    """Return when effort is reported, as a regression has it beside all else."""
+def _timing(
+    fit: TermFit, logs: Sequence[JointLog], late: Late, taken: Late
+) -> dict[str, EffortTiming]:
+    """
+    Return when effort is reported, as a regression has it beside all else.
+
+    :param taken: those of ``late`` whose effort the fit has sooner.
+    """
     step = float(np.median([log.step for log in logs]))
     # Known to whole samples no better than by chance, it is not within the interval for sure.
     left = {joint: each.left for joint, each in late.items()}
     rough = {joint: each for joint, each in left.items() if not each.is_told(step)}
-    return _measured(fit, logs, late) | rough
+    return _measured(fit, logs, taken) | rough
 
 
 def _is_shown(fit: TermFit, term: FittedTerm, price: float = 0.0) -> bool:

@@ -45,7 +45,7 @@ class EffortTiming:
         errors: FloatArray,
         prior: float,
         step: float,
-        sooner: FloatArray | float = 0.0,
+        sooner: FloatArray | None = None,
     ) -> list[EffortTiming]:
         """
         Return the timing of each joint that a regression found, one if they do not differ.
@@ -53,15 +53,13 @@ class EffortTiming:
         :param delays: what it found beside a Gaussian prior about 0 (n,) [s], with ``errors``.
         :param prior: standard deviation of that prior [s].
         :param step: time between samples [s].
-        :param sooner: by how much each effort was taken sooner before (n,) [s]: joints differ
-            where they did as recorded.
+        :param sooner: as of :func:`~.shared_time.shared_time`.
         """
         # What the data alone say: precisions add up. Nothing, if they are no surer than the prior.
         whole = precision_of(errors)
         precision = np.maximum(0.0, whole - prior**-2.0)
         means = np.divide(delays * whole, precision, np.zeros_like(delays), where=precision > 0.0)
-        shared, precision = shared_time(means + sooner, precision)
-        pairs = zip(shared - sooner, precision, strict=True)
+        pairs = zip(*shared_time(means, precision, sooner), strict=True)
         return [cls._within(float(mean), float(p), step) for mean, p in pairs]
 
     @classmethod

@@ -167,11 +167,12 @@ def find_late(fit: TermFit, logs: Sequence[JointLog], before: Late, beyond: Sequ
         if term.term == DELAY
     }
     undone_before = sooner(before, found)
-    delays, precision = shared_time(
-        np.array([p.value for p in found.values()]) + undone_before,
+    changes, precision = shared_time(
+        np.array([p.value for p in found.values()]),
         precision_of(np.array([p.std_error for p in found.values()])),
+        undone_before,
     )
-    changes = delays - undone_before
+    delays = changes + undone_before
     alike = len(found) > 1 and bool(np.all(delays == delays[0]))
     early = [] if before or not (changes < 0.0).any() else _early_at_speed(fit, step)
     result = dict(before)
@@ -227,7 +228,7 @@ def beyond_interval(fit: TermFit, late: Late) -> list[str]:
     Either the fitted time is at its bound, or the data alone, without the prior, very strongly
     show a time beyond it. With the prior, a slow motion or noisy effort would never show it.
 
-    :param late: by what the effort of the fit was taken sooner already.
+    :param late: joints whose effort the fit has sooner than recorded.
     """
     laboratory = fit.laboratory
     columns = hold_columns(fit)
@@ -253,19 +254,18 @@ def _strongly(
     found: Estimate,
     columns: Mapping[str, int],
     such: Callable[[str, float], bool],
-    before: FloatArray | float = 0.0,
+    before: FloatArray | None = None,
 ) -> list[str]:
     """
     Return the joints whose delay is such a one, and very strongly one at all.
 
-    :param before: by how much the effort of each was taken sooner already (n,) [s].
+    :param before: by how much the effort of each was taken sooner (n,) [s].
     """
     k = list(columns.values())
-    delays = found.fit.baseline.x[k] + before
-    shared, precision = shared_time(delays, precision_of(found.errors[k]))
+    delays, precision = shared_time(found.fit.baseline.x[k], precision_of(found.errors[k]), before)
     return [
         joint
-        for joint, delay, p in zip(columns, shared - before, precision, strict=True)
+        for joint, delay, p in zip(columns, delays.tolist(), precision.tolist(), strict=True)
         if such(joint, delay) and delay**2 * p > VERY_STRONG
     ]
 

@@ -14,7 +14,9 @@ from sosml_friction.regression.rival import VERY_STRONG
 _T = TypeVar('_T')
 
 
-def shared_time(times: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
+def shared_time(
+    times: FloatArray, precision: FloatArray, sooner: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """
     Return the mean of times (n,) for each joint and its precision (n,), or them as they are.
 
@@ -23,7 +25,15 @@ def shared_time(times: FloatArray, precision: FloatArray) -> tuple[FloatArray, F
     (t - m)^2 > c (1 / p + 1 / p_m).
 
     :param precision: 1 / variance (n,); 0: not known.
+    :param sooner: by how much the effort of each was taken sooner before (n,) [s]: joints that
+        differ in that are late by times of their own. None for all alike.
     """
+    if sooner is not None and (sooner != sooner[0]).any():
+        result = np.array(times), np.array(precision)
+        for each in np.unique(sooner):
+            own = sooner == each
+            result[0][own], result[1][own] = shared_time(times[own], precision[own])
+        return result
     total, weighted = precision.sum(), precision * times
     others, mean = total - precision, weighted.sum() - weighted
     known = (precision > 0.0) & (others > 0.0)

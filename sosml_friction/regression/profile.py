@@ -154,8 +154,9 @@ class _Walk:
         value, root = float(own.inner[name]), 0.0
         passed: list[ProfilePoint] = []
         while True:
-            # From the end of its range it goes the other way.
-            if value <= low if step < 0.0 else value >= high:
+            # From one end of its range it goes to the other.
+            inside = value > low if step < 0.0 else value < high
+            if not inside:
                 return (0.0 if step < 0.0 else np.inf), passed
             ahead = float(np.clip(value * np.exp(step), low, high))
             point = self.at({name: ahead}, (name,))

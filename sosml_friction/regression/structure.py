@@ -14,6 +14,12 @@ from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.knots import knots_of, padded_hats
 from sosml_friction.regression.signals import Signals
 
+
+def velocity_noise(signals: Signals) -> FloatArray | float:
+    """Return the standard deviation of what the noise of position is in velocity, (n,)."""
+    return signals.jitter
+
+
 #: Hats of a free curve: it bends within an eighth of an axis, as in the study of 127 recordings
 #: that the prior of its size is from.
 HATS = 9
@@ -25,10 +31,10 @@ _AXES: tuple[Callable[[Recording], FloatArray], ...] = (
     lambda s: s.torque,
 )
 #: The part of each that is noise of position and no motion, (N, n) or its standard deviation (n,):
-#: acceleration has most of it, and at a constant speed it is all of how velocity differs. Friction
-#: that falls with speed was left along a plateau by the noise that its velocity has.
+#: acceleration has most of it. At a constant speed it is all by which velocity differs, and
+#: friction that changes with speed seems to follow it.
 _NOISE: tuple[Callable[[Signals], FloatArray | float] | None, ...] = (
-    lambda s: s.jitter,
+    velocity_noise,
     None,
     lambda s: s.rough,
     lambda s: s.shaken,

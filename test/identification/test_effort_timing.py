@@ -348,7 +348,7 @@ def test_a_stated_hold_is_used_as_it_is_where_effort_is_late_by_samples():
     assert 'used as its hold is stated, and without --effort-hold is taken' in said
 
 
-def test_joints_share_a_time_where_they_are_as_late_as_recorded():
+def test_joints_share_a_time_where_they_were_taken_as_much_sooner():
     """A joint whose effort was taken two samples sooner is not told by one that was in time."""
     step, prior = 4e-3, 1.1e-3
     delays, errors = np.array([0.64e-3, 1.07e-3]), np.array([0.06e-3, 0.23e-3])
@@ -360,5 +360,5 @@ def test_joints_share_a_time_where_they_are_as_late_as_recorded():
     assert in_time.std_error == pytest.approx(errors[0], rel=0.01)
     assert late.std_error == pytest.approx(errors[1], rel=0.03)
     # Both taken two samples sooner are alike again.
-    both = EffortTiming.of(delays, errors, prior, step, 2.0 * step)
+    both = EffortTiming.of(delays, errors, prior, step, np.full(2, 2.0 * step))
     assert both[0].delay_s == pytest.approx(by_hand, rel=0.01)

@@ -84,9 +84,9 @@ class Cause:
         return bool(self.terms)
 
     def stands_for(self, other: Cause) -> bool:
-        """Tell whether either may be the other, of one joint: then it is told with this one."""
+        """Tell whether another one of its joint is the same, or either may be the other."""
         alike = self.effect in other.rivals and other.effect in self.rivals
-        return alike and self.joint == other.joint
+        return self.joint == other.joint and (self.effect == other.effect or alike)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""

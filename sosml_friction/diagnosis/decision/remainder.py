@@ -35,7 +35,7 @@ from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.curves.axes import NEIGHBOURS, POSITION, SPEED, TIME
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
-from sosml_friction.regression.evidence import Fit, System
+from sosml_friction.regression.evidence import CandidateColumns, Fit, System
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.rival import VERY_STRONG
@@ -98,8 +98,10 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     # A number of the nominal that is wrong has no structure, however much it explains.
     wrong = [finding.columns for finding in accepted if finding.effect.parameter_error]
     alone = laboratory.system.extended(wrong)
+    scales = scale_columns(laboratory)
     alone_fit, fit = (
-        fit_within(with_scales(laboratory, x), fit.target.y, far) for x in (alone, fit.system)
+        fit_within(with_scales(laboratory, x, scales), fit.target.y, far)
+        for x in (alone, fit.system)
     )
     rows = laboratory.known * far.mean(axis=0)
     told = [i for i in range(laboratory.robot.n) if rows[i] > 0.0]
@@ -172,11 +174,17 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     return Remainder((*found, *instead), explained, float(named.sum()))
 
 
-def with_scales(laboratory: WhitenedRegression, system: System) -> System:
-    """Return a system in which torque constants may be off by their tolerance besides."""
+def scale_columns(laboratory: WhitenedRegression) -> list[CandidateColumns]:
+    """Return the column of the torque constant of each joint that says something."""
     told = [i for i in range(laboratory.robot.n) if i not in laboratory.nominal.silent]
-    columns = [laboratory.single(EffortScale(), i, {}) for i in told]
-    result, most = system.extended(columns), np.full(len(told), scale_tolerance(laboratory))
+    return [laboratory.single(EffortScale(), i, {}) for i in told]
+
+
+def with_scales(
+    laboratory: WhitenedRegression, system: System, scales: Sequence[CandidateColumns]
+) -> System:
+    """Return a system in which torque constants may be off by their tolerance besides."""
+    result, most = system.extended(scales), np.full(len(scales), scale_tolerance(laboratory))
     bound, prior = (
         np.concatenate([own, more])
         for own, more in ((system.bound, most), (system.prior, most / SIGMAS))

@@ -17,7 +17,6 @@ where nothing of it is there. It makes the error larger where b < 1/2, half-way 
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -84,7 +83,7 @@ def what_recurs(laboratory: WhitenedRegression, selection: Selection, folds: Hel
     """
     Take back the causes of which nothing is there on folds left out, but for chance.
 
-    Nothing is there, too, of one that may remove nothing, as its interval says, b >= 1/2.
+    Nothing is there, too, of one that may make the error larger: the interval of b has 1/2 in it.
 
     The one that recurs least is the first, as in :func:`what_carries_over`.
     """
@@ -117,30 +116,33 @@ def _gain(
     d = (e_0 - e) / scale
     # Standard errors are taken over as many stretches as a diagnosis has blocks.
     stretches = laboratory.settings.blocks
-    share = partial(_recurring, stretches=stretches)
     without, with_it = (np.sqrt(np.mean(x**2, axis=0)) for x in (e_0, e))
-
-    def removed(i: int) -> Uncertain:
-        """
-        Return what is removed in a joint: the slope of its error over b is that of |d|^2 b.
-
-        Not how it differs between stretches: what acts in fast ones alone removes all of itself.
-        """
-        slope = float(np.mean((e_0 - e)[:, i] ** 2)) / max(float(with_it[i]), 1e-300)
-        b = share(d[:, i], e_0[:, i] / scale[i])
-        return Uncertain(float(without[i] - with_it[i]), slope * b.std_error)
-
     size, phase = _on_these(held, selection, own, rows, e_0 / scale, scale, stretches)
     return CauseGain(
         tuple(robot.names[i] for i in rows),
         tuple(robot.effort_units[i] for i in rows),
         without,
         with_it,
-        tuple(removed(i) for i in range(len(rows))),
-        share(d, e_0 / scale),
+        tuple(removed(e_0[:, i], e[:, i], stretches) for i in range(len(rows))),
+        _recurring(d, e_0 / scale, stretches),
         size,
         phase,
     )
+
+
+def removed(e_0: FloatArray, e: FloatArray, stretches: int) -> Uncertain:
+    """
+    Return by how much a cause lowers the root mean square of errors of one joint, (rows,).
+
+    With r what is left across d, |e_0|^2 = b^2 |d|^2 + |r|^2, |e|^2 = (1 - b)^2 |d|^2 + |r|^2: the
+    slope of |e_0| - |e| over b is |d|^2 (b / |e_0| + (1 - b) / |e|). Its error is that of b, and
+    not how it differs between stretches: of what acts in fast ones alone all is removed.
+    """
+    before, after = (float(np.sqrt(np.mean(x**2))) for x in (e_0, e))
+    d = e_0 - e
+    b = _recurring(d, e_0, stretches)
+    slope = b.value / max(before, 1e-300) + (1.0 - b.value) / max(after, 1e-300)
+    return Uncertain(before - after, abs(float(np.mean(d**2)) * slope) * b.std_error)
 
 
 def _recurring(d: FloatArray, e_0: FloatArray, stretches: int) -> Uncertain:

@@ -40,9 +40,8 @@ class CauseGain:
 
     @property
     def shown(self) -> bool:
-        """Tell whether it is there beyond chance, and the interval of what it removes has no 0."""
-        removes = any(x.value > Z_95 * x.std_error for x in self.removed)
-        return removes and self.recurs.above(0.0)
+        """Tell whether it makes the error smaller, as the 95 % interval of b says."""
+        return self.recurs.value - Z_95 * self.recurs.std_error > 0.5
 
     @property
     def carries_over(self) -> bool:

@@ -13,7 +13,7 @@ from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.knots import APART, knots_of, padded_hats
 from sosml_friction.regression.signals import Signals
-from sosml_friction.regression.structure import HATS
+from sosml_friction.regression.structure import HATS, spread, velocity_noise
 
 
 class Elsewhere(Curve):
@@ -31,7 +31,8 @@ class Elsewhere(Curve):
         times = np.concatenate([s.time for s in stretches])
         self._times = np.linspace(times.min(), times.max(), HATS)
         self._positions = knots_of(stretches, lambda s: s.q, HATS)
-        self._speeds = knots_of(stretches, lambda s: s.v, HATS)
+        noise = spread(stretches, velocity_noise)
+        self._speeds = knots_of(stretches, lambda s: s.v, HATS, noise)
         self._apart = apart(stretches)
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
@@ -54,8 +55,7 @@ class Elsewhere(Curve):
 def apart(stretches: Sequence[Signals]) -> BoolArray:
     """Tell of which joints (n, n) the second's velocity is no multiple of the first's."""
     v = np.concatenate([s.v for s in stretches])
-    noise = np.sqrt(np.mean([np.broadcast_to(s.jitter, v.shape[1]) ** 2 for s in stretches], 0))
     square = v.T @ v
     own = np.maximum(np.diag(square)[:, None], 1e-300)
     left = np.sqrt(np.maximum(np.diag(square) - square**2 / own, 0.0) / len(v))
-    return np.asarray(left > APART * noise)
+    return np.asarray(left > APART * spread(stretches, velocity_noise))

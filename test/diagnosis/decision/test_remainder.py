@@ -23,7 +23,7 @@ from scipy.signal import lfilter, savgol_filter
 
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.leftover import LEAST, REST, Leftover
-from sosml_friction.diagnosis.decision.remainder import all_together, with_scales
+from sosml_friction.diagnosis.decision.remainder import all_together, scale_columns, with_scales
 from sosml_friction.diagnosis.decision.selector import Selector, only_impossible
 from sosml_friction.diagnosis.decision.slow_noise import noise_where
 from sosml_friction.diagnosis.decision.tone import Tone, strongest_tone
@@ -249,7 +249,7 @@ def test_a_torque_constant_may_be_off_by_its_tolerance_beside_curves(trust):
     log = slider_recording(seed=1)
     signals = prepare([log], model, model.make_robot(), settings)
     made = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings)
-    found = with_scales(made, made.system)
+    found = with_scales(made, made.system, scale_columns(made))
     p = made.system.Z.shape[2]
     assert (found.bound[p:], found.prior[p:]) == ([trust], [trust / SIGMAS])
     # All of the effort, as the noise sees it: of a share e of it is left what e of this column is.

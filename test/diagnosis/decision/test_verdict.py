@@ -232,6 +232,7 @@ def test_a_gear_that_gives_is_told_once():
     impacts = Cause('backlash', 'x', {}, {}, rivals=('joint_elasticity',))
     spring = Cause('joint_elasticity', 'x', {}, {}, rivals=('backlash',))
     assert spring.stands_for(impacts)
+    assert replace(spring, effect='backlash', rivals=()).stands_for(impacts)
     assert not replace(spring, joint='y').stands_for(impacts)
     assert not replace(spring, rivals=()).stands_for(impacts)
     assert not spring.stands_for(replace(impacts, rivals=()))
