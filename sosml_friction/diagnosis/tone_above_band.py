@@ -16,9 +16,9 @@ from sosml_friction.regression.signals import Signals
 
 #: No colour: what a tone is compared with is what is beside it.
 _WHITE = NoiseModel(np.zeros(0), 1.0)
-#: Samples that are looked at: 0.3 s of time, and a tone of 2 % of an energy is 200 times what
-#: noise has of it in a line.
-_MOST = 20_000
+#: Samples that are looked at: of so many a tone of 2 % of an energy is 100 times what white noise
+#: has of it in a line, and more say nothing more.
+_MOST = 10_000
 
 
 def tone_above_band(stretches: Sequence[Signals], i: int) -> Check | None:
@@ -32,7 +32,7 @@ def tone_above_band(stretches: Sequence[Signals], i: int) -> Check | None:
     """
     longest = max(stretches, key=lambda s: len(s.time))
     band, own = longest.band, slice(_MOST)
-    tau, sign, q = (x[own] for x in (longest.tau[:, i], longest.sign, longest.q))
+    tau, sign, q = (x[own] for x in (longest.tau[:, i], longest.sign, longest.q[:, [i]]))
     # Of an effort that does not change rounding has tones.
     if np.median(longest.held) > 1.0 or np.ptp(tau) <= ROUNDING * np.abs(tau).max():
         return None

@@ -10,8 +10,8 @@ import numpy as np
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.regression.whitened import WhitenedRegression
 
-#: Groups of nominal parameters. That of the torque constant is no column of the refit: a scale of
-#: all effort is a candidate, tolerated within its share.
+#: Groups of nominal parameters. The torque constant is no column of the refit: a scale of effort
+#: is a candidate, tolerated within its share, and a column beside free curves.
 TORQUE_CONSTANT = 'torque_constant'
 GROUPS = ('masses', 'armature', 'friction', 'terms', TORQUE_CONSTANT)
 #: A bias is the sensor's and not friction: who guesses a friction says nothing of it.

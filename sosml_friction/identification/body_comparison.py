@@ -228,7 +228,7 @@ def _measured_again(late: Late, timing: Mapping[str, EffortTiming]) -> Late:
 
 
 def _measured(fit: TermFit, logs: Sequence[JointLog], late: Late) -> dict[str, EffortTiming]:
-    """Return when effort, taken sooner as told, is reported, as a regression has it."""
+    """Return when effort that was taken sooner is reported, as a regression has it."""
     nominal, columns = fit.laboratory.nominal, hold_columns(fit)
     step = float(np.median([log.step for log in logs]))
     names = [nominal.names[k] for k in columns.values()]
@@ -248,10 +248,8 @@ def _timing(
 
     :param taken: those of ``late`` whose effort the fit has sooner.
     """
-    step = float(np.median([log.step for log in logs]))
     # Known to whole samples no better than by chance, it is not within the interval for sure.
-    left = {joint: each.left for joint, each in late.items()}
-    rough = {joint: each for joint, each in left.items() if not each.is_told(step)}
+    rough = {j: each.left for j, each in late.items() if not each.left.is_told(each.step_s)}
     return _measured(fit, logs, taken) | rough
 
 

@@ -28,9 +28,10 @@ def shared_time(
     :param sooner: by how much the effort of each was taken sooner before (n,) [s]: joints that
         differ in that are late by times of their own. None for all alike.
     """
-    if sooner is not None and (sooner != sooner[0]).any():
+    groups = [] if sooner is None else np.unique(sooner).tolist()
+    if len(groups) > 1:
         result = np.array(times), np.array(precision)
-        for each in np.unique(sooner):
+        for each in groups:
             own = sooner == each
             result[0][own], result[1][own] = shared_time(times[own], precision[own])
         return result

@@ -32,7 +32,7 @@ from sosml_friction.regression.whitened import WhitenedRegression
 Key = tuple[str, int]
 
 #: Why a cause is taken back.
-NOT_RECURRING = 'nothing of it is there on data left out, beyond chance'
+NOT_RECURRING = 'by its 95 % interval it may as well make the error of data left out larger'
 
 #: Amplitudes of a term that are one size and a phase.
 _WAVE = {'cosine', 'sine'}
@@ -81,18 +81,16 @@ def what_carries_over(
 
 def what_recurs(laboratory: WhitenedRegression, selection: Selection, folds: HeldOut) -> Selection:
     """
-    Take back the causes of which nothing is there on folds left out, but for chance.
-
-    Nothing is there, too, of one that may make the error larger: the interval of b has 1/2 in it.
+    Take back the causes that may make the error of folds left out larger.
 
     The one that recurs least is the first, as in :func:`what_carries_over`.
     """
     while True:
         gains = cause_gains(laboratory, selection, folds)
-        chance = {key: gain.recurs for key, gain in gains.items() if not gain.shown}
-        if not chance:
+        doubted = {key: gain.recurs for key, gain in gains.items() if not gain.shown}
+        if not doubted:
             return selection
-        worst = min(chance, key=lambda key: chance[key].value)
+        worst = min(doubted, key=lambda key: doubted[key].value)
         taken = next(finding for finding in selection.accepted if finding.key == worst)
         taken = replace(taken, failed=(NOT_RECURRING,))
         fewer = [finding for finding in selection.accepted if finding.key != worst]

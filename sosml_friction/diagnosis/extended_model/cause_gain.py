@@ -40,7 +40,7 @@ class CauseGain:
 
     @property
     def shown(self) -> bool:
-        """Tell whether it makes the error smaller, as the 95 % interval of b says."""
+        """Tell whether it helps by all of the 95 % interval of b."""
         return self.recurs.value - Z_95 * self.recurs.std_error > 0.5
 
     @property

@@ -17,7 +17,3 @@ class Uncertain:
     def beyond(self, other: float) -> bool:
         """Tell whether the number differs from another one by more than chance."""
         return abs(self.value - other) > BEYOND_CHANCE * self.std_error
-
-    def above(self, other: float) -> bool:
-        """Tell whether the number is larger than another one by more than chance."""
-        return self.value > other and self.beyond(other)
