@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with the data themselves: looked at first, without a model."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,18 +10,17 @@ from scipy.ndimage import uniform_filter1d
 
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import HOLE, lost_share, too_slow
-from sosml_friction.identification.data_checks import SHORTEST_S
-from sosml_friction.identification.data_finding import LEFT_OUT, WARNING
+from sosml_friction.bags.sampling import HOLE
+from sosml_friction.identification.clean_samples import CleanSamples
+from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, WARNING
 from sosml_friction.identification.joint_checks import check_joint
 from sosml_friction.identification.joint_relations import Slopes
-from sosml_friction.identification.new_values import repeated_samples
 from sosml_friction.identification.swapped_joints import swapped_joints
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.signals import Signals
 
-#: Shares of samples lost or repeated that are named, and that make data useless. Halved and
+#: Shares of samples lost that are named, and that make data useless. Halved and
 #: doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes.
 _SOME, _USELESS = 5e-3, 0.2
 #: What becomes of samples that are lost.
@@ -46,6 +45,7 @@ _KINDS = {
     'wrap': ('position', 'warning'),
     'velocity_unit': ('velocity', 'warning'),
     'rest': ('motion', 'bad'),
+    'without_effort': ('effort', 'warning'),
     'constant_effort': ('effort', 'bad'),
     'effort_unit': ('effort', 'bad'),
     'lost_sign': ('effort', 'bad'),
@@ -87,51 +87,32 @@ def rest_left_out(shares: Mapping[str, float]) -> Check:
     )
 
 
-def check_log(log: JointLog) -> list[Check]:
-    """Return what stamps, resolution and motion of a recording say, worst first."""
-    checks = [_time_base(log)]
+def check_log(clean: CleanSamples) -> list[Check]:
+    """Return what samples, resolution and motion of a recording say, worst first."""
+    log = clean.log
+    checks = [_time_base(clean)]
+    for finding in clean.findings:
+        severity = 'note' if finding.level == NOTE else 'warning'
+        checks.append(Check(finding.check, severity, finding.joint, finding.sentence))
     for i, name in enumerate(log.names):
-        checks += [_effort(log, i, name), *_lost_values(log, i, name)]
+        checks.append(_effort(log, i, name))
     order = {'bad': 0, 'warning': 1, 'note': 2}
     return sorted(checks, key=lambda check: order[check.severity])
 
 
-def _time_base(log: JointLog) -> Check:
-    steps = np.diff(log.time)
-    forwards = steps[steps > 0.0]
-    if not len(forwards):
-        return Check('time_base', 'bad', '*', 'time does not go forwards: record stamps')
-    step = float(np.median(forwards))
-    lost = lost_share(log.time)
-    again = repeated_samples(log)[1:]
-    repeated = float(np.mean(again | (steps == 0.0)))
-    backward = int((steps < 0.0).sum())
+def _time_base(clean: CleanSamples) -> Check:
+    """Return how evenly samples came, and how many did not."""
+    step, steps, lost = clean.period_s, clean.steps, clean.lost_share
     # A step of one and a half is a lost sample and no jitter.
-    jitter = float(np.std(forwards[forwards < 1.5 * step]))
-    values = {
-        'step_s': step,
-        'jitter_s': jitter,
-        'lost_share': lost,
-        'repeated_share': repeated,
-        'backward_stamps': float(backward),
-    }
-    if slow := too_slow(step):
-        return Check('time_base', 'bad', '*', slow, values)
-    worst = max(lost, repeated)
-    if worst > _USELESS:
-        sentence = (
-            f'{100 * lost:.0f} % of the samples are lost and {100 * repeated:.0f} % '
-            'repeated: record again'
-        )
-        return Check('dropped_samples', 'bad', '*', sentence, values)
-    if worst > _SOME or backward:
-        sentence = (
-            f'{100 * lost:.2g} % of the samples are lost, {100 * repeated:.2g} % repeat the one '
-            f'before and are left out, {backward} stamps go backwards; {_HOLES}'
-        )
-        return Check('dropped_samples', 'warning', '*', sentence, values)
-    sentence = f'{1.0 / step:.4g} samples per second, jitter {1e6 * jitter:.3g} us'
-    return Check('time_base', 'note', '*', sentence, values)
+    jitter = float(np.std(steps[steps < 1.5 * step]))
+    values = {'step_s': step, 'jitter_s': jitter, 'lost_share': lost}
+    if lost <= _SOME:
+        sentence = f'{1.0 / step:.4g} samples per second, jitter {1e6 * jitter:.3g} us'
+        return Check('time_base', 'note', '*', sentence, values)
+    told = f'{100 * lost:.2g} % of the samples are lost'
+    if lost > _USELESS:
+        return Check('dropped_samples', 'bad', '*', f'{told}: record again', values)
+    return Check('dropped_samples', 'warning', '*', f'{told}; {_HOLES}', values)
 
 
 def _effort(log: JointLog, i: int, name: str) -> Check:
@@ -161,30 +142,12 @@ def _effort(log: JointLog, i: int, name: str) -> Check:
     return Check('quantisation', 'note', name, sentence, values)
 
 
-def _lost_values(log: JointLog, i: int, name: str) -> Iterator[Check]:
-    """Yield what share of a joint's positions and efforts is lost in samples that came."""
-    for quantity, x in {'position': log.q[:, i], 'effort': log.tau[:, i]}.items():
-        lost = float(np.mean(~np.isfinite(x)))
-        # Of what is never known another check tells.
-        if _SOME < lost < 1.0:
-            sentence = (
-                f'{100 * lost:.2g} % of the samples have no {quantity} of {name} and are taken as '
-                f'lost; {_HOLES}'
-            )
-            yield Check(quantity, 'warning', name, sentence, {'lost_share': lost})
-
-
 def check_joints(log: JointLog, robot: Robot) -> list[Check]:
     """
     Return what the relations between the columns of a recording say of each joint.
 
     What the fit says of them, but for what is a cause to the diagnosis, or no obstacle to it.
     """
-    forwards = log.t_ns > np.append(-1, np.maximum.accumulate(log.t_ns)[:-1])
-    rows = np.flatnonzero(forwards & np.isfinite(log.q).all(axis=1))
-    if len(rows) < 2 or log.time[rows[-1]] - log.time[rows[0]] < SHORTEST_S:
-        return []
-    log = log.rows(rows)
     slopes = Slopes.of(log)
     checks = []
     if swapped := swapped_joints(log, robot, slopes):

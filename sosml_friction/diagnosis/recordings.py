@@ -9,13 +9,10 @@ import numpy as np
 
 from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.data_checks import Check, check_joints, check_log, without_bad
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.even_stamps import EVEN, with_even_stamps
-from sosml_friction.identification.glitches import without_glitches
+from sosml_friction.identification.clean_samples import CleanSamples
 from sosml_friction.identification.late_effort import Late, undone
-from sosml_friction.identification.new_values import repeated_samples, with_new_values
 from sosml_friction.model.robot import Robot
 
 
@@ -35,15 +32,14 @@ class Recordings:
         """
         good, checks = [], []
         for whole in logs:
-            log = unwrapped(whole.select(robot.names))
-            held, told = with_new_values(log) if (np.diff(log.t_ns) > 0).all() else (log, {})
-            own = check_log(held)
-            own += [Check(kind, 'warning', '*', what) for kind, what in told.items()]
-            log, off = without_glitches(held.rows(~repeated_samples(held)))
-            own += [Check('position', 'warning', name, what) for name, what in off.items()]
-            log, uneven = with_even_stamps(log)
-            own += [Check(EVEN, 'note', '*', uneven)] if uneven else []
-            own += check_joints(log, robot)
+            log = whole.select(robot.names)
+            try:
+                clean = CleanSamples.of(log)
+            except DataError as error:
+                own = [Check('samples', 'bad', '*', str(error))]
+            else:
+                log = clean.log
+                own = [*check_log(clean), *check_joints(log, robot)]
             good.append(without_bad(log, own))
             checks.append(own)
         return cls(tuple(good), tuple(check for own in checks for check in own))

@@ -5,10 +5,11 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import repeated_rows
+from sosml_friction.bags.sampling import HOLE, repeated_rows
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.kernels import runs
 
@@ -24,8 +25,11 @@ _UNEVEN = 0.1
 #: Slowest rate of efforts that are taken for repeated ones [Hz]: a command that is held longer, a
 #: step or a random binary sequence, acts as it is. Chosen, no measurement: drives report faster.
 _SLOWEST = 20.0
-#: What a finding on held values is called, by the column of a log.
-HELD = {'q': 'held_position', 'tau': 'held_effort'}
+#: Columns of a log that say how often a joint is measured, in words.
+WORDS = {'q': 'position', 'tau': 'effort'}
+#: What a finding on held or on lacking values is called, by column.
+HELD = {what: f'held_{word}' for what, word in WORDS.items()}
+SPARSE = {what: f'sparse_{word}' for what, word in WORDS.items()}
 
 
 def new_values(x: FloatArray) -> IndexArray | None:
@@ -83,43 +87,100 @@ def new_positions(q: FloatArray) -> IndexArray | None:
     return new
 
 
+def sparse_values(x: FloatArray) -> IndexArray | None:
+    """
+    Return the samples whose value is known, if some between them are not; None if none is.
+
+    :param x: position or effort of one joint (N,), NaN where not known. What lacks for more than
+        five times as long as usual is a hole, and none of its own.
+    """
+    known = np.flatnonzero(np.isfinite(x))
+    steps = np.diff(known)
+    if not len(steps) or not (_bridged(steps) & (steps > 1)).any():
+        return None
+    return known
+
+
+def _bridged(steps: FloatArray | IndexArray) -> BoolArray:
+    """Return which steps (K,) between values are no hole."""
+    return np.asarray(steps <= HOLE * np.median(steps))
+
+
 def with_new_values(log: JointLog) -> tuple[JointLog, dict[str, str]]:
     """
-    Return the samples in which the slowest value is a new one, and what was left out, by finding.
+    Return the samples in which the slowest value is a new one, and what is told, by finding.
 
-    A value that is repeated is of an earlier time, on average by half of its period: an effort
-    then reads as viscous friction, a position as jumps. What happened in between is then told as
-    between any samples. Other values that are repeated are on the line between their new ones.
+    A drive may report a value at a lower rate than others, each joint in turn: between its values
+    there is none (NaN), or an earlier one is repeated. A value that is repeated is on average half
+    of its period old: an effort then reads as viscous friction, a position as jumps. So samples
+    without a new one of the slowest are left out: what happened in between is told as between any
+    samples. Other values are interpolated to these, efforts linearly and positions by a cubic
+    spline. A few values that lack at the rate of the recording are interpolated as well.
 
     :param log: a recording whose stamps rise.
     """
-    new = {('q', i): own for i, q in enumerate(log.q.T) if (own := new_positions(q)) is not None}
-    for i, tau in enumerate(log.tau.T):
-        own = new_values(tau)
-        if own is not None and _rate(log, own) >= _SLOWEST:
-            new['tau', i] = own
+    new: dict[tuple[str, int], IndexArray] = {}
+    finding: dict[tuple[str, int], str] = {}
+    for what, found in (('q', new_positions), ('tau', new_values)):
+        for i, x in enumerate(getattr(log, what).T):
+            for name, own in ((HELD, found(x)), (SPARSE, sparse_values(x))):
+                if own is not None and (what == 'q' or _rate(log, own) >= _SLOWEST):
+                    new[what, i], finding[what, i] = own, name[what]
+                    break
     if not new:
         return log, {}
-    columns = {'q': log.q.copy(), 'tau': log.tau.copy()}
-    for (what, i), own in new.items():
-        x = columns[what][:, i]
-        line = np.interp(log.time, log.time[own], x[own], left=np.nan, right=np.nan)
-        # What was not known stays so.
-        columns[what][:, i] = np.where(np.isnan(x), np.nan, line)
-    slowest = min(new, key=lambda key: len(new[key]))
-    rows, told = new[slowest], {}
-    for what, word in {'q': 'position', 'tau': 'effort'}.items():
-        of_kind = {i: own for (kind, i), own in new.items() if kind == what}
-        if of_kind:
-            last = min(of_kind, key=lambda i: len(of_kind[i]))
-            names = ', '.join(log.names[i] for i in of_kind)
-            told[HELD[what]] = (
-                f'the {word} of {names} is repeated until the next one comes, of '
-                f'{log.names[last]} at {_rate(log, of_kind[last]):.3g} Hz: '
-                f'{len(log) - len(rows)} of {len(log)} samples between are left out, whose '
-                f'{word} is of an earlier time'
-            )
+    sparse = {
+        ('v', i): own for i, v in enumerate(log.v.T) if (own := sparse_values(v)) is not None
+    }
+    columns = {what: getattr(log, what).copy() for what in (*WORDS, 'v')}
+    for (what, i), own in {**new, **sparse}.items():
+        columns[what][:, i] = _interpolated(log.time, columns[what][:, i], own, what == 'q')
+    slowest = min(new, key=lambda key: _rate(log, new[key]))
+    rows = np.arange(len(log))
+    if np.median(np.diff(new[slowest])) > 1.0:
+        rows = new[slowest]
+    told = {name: _sentence(log, name, new, finding, len(rows)) for name in finding.values()}
     return replace(log, **columns).rows(rows), told
+
+
+def _interpolated(time: FloatArray, x: FloatArray, own: IndexArray, cubic: bool) -> FloatArray:
+    """Return ``x`` (N,) through its values in the samples ``own``, NaN in holes between them."""
+    if cubic:
+        line = CubicSpline(time[own], x[own], extrapolate=False)(time)
+    else:
+        line = np.interp(time, time[own], x[own], left=np.nan, right=np.nan)
+    line[own] = x[own]
+    hole = np.zeros(len(x), dtype=bool)
+    for k in np.flatnonzero(~_bridged(np.diff(own))).tolist():
+        hole[own[k] + 1 : own[k + 1]] = True
+    # What was not known in a hole stays so.
+    return np.where(hole & np.isnan(x), np.nan, line)
+
+
+def _sentence(
+    log: JointLog,
+    name: str,
+    new: dict[tuple[str, int], IndexArray],
+    finding: dict[tuple[str, int], str],
+    kept: int,
+) -> str:
+    """Return what is said of the values of one finding."""
+    own = [key for key, told in finding.items() if told == name]
+    slowest = min(own, key=lambda key: _rate(log, new[key]))
+    word = WORDS[slowest[0]]
+    names = ', '.join(log.names[i] for _, i in own)
+    if np.median(np.diff(new[slowest])) == 1.0:
+        lacking = len(log) - min(len(new[key]) for key in own)
+        return (
+            f'up to {lacking} of {len(log)} samples lack the {word} of {names}: it is interpolated'
+        )
+    held = name in HELD.values()
+    how = 'repeated until the next one comes' if held else 'not in each sample'
+    return (
+        f'the {word} of {names} is {how}, of {log.names[slowest[1]]} at '
+        f'{_rate(log, new[slowest]):.3g} Hz: {len(log) - kept} of {len(log)} samples between are '
+        'left out'
+    )
 
 
 def _rate(log: JointLog, rows: IndexArray) -> float:

@@ -298,16 +298,22 @@ def test_a_joint_that_is_missing_is_named(fit):
     assert 'joint elbow is not in the recording' in err
 
 
-def test_joints_in_messages_of_their_own_are_told(fit):
-    """Two publishers, one joint each: no sample has both positions."""
+def test_joints_in_messages_of_their_own_are_fitted(fit, tmp_path):
+    """Two publishers, one joint each, in turn: the other one is interpolated."""
     log = arm_log()
     q, v, tau = (x.copy() for x in (log.q, log.v, log.tau))
     for x in (q, v, tau):
         x[::2, 0], x[1::2, 1] = np.nan, np.nan
     log = replace(log, q=q, v=v, tau=tau)
     code, _, err = fit(log, '--model', str(EXOSKELETON), model=EXOSKELETON)
-    assert code == 2
-    assert 'no sample has the positions of all joints' in err
+    assert code == 0, err
+    document = json.loads((tmp_path / 'result' / 'fit.json').read_text())
+    for joint in log.names:
+        coulomb = document['joints'][joint]['sosml']['parameters']['coulomb']
+        low, high = coulomb['interval']
+        assert low < 0.5 < high
+    found = {finding['check'] for finding in document['data_checks']['findings']}
+    assert found >= {'sparse_position', 'sparse_effort'}
 
 
 def test_one_joint_that_cannot_be_fitted_is_a_no_and_the_other_is_fitted(fit, tmp_path):

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from known_robots import slider_model, slider_recording
 
-from sosml_friction.diagnosis.data_checks import check_joints, check_log
+from sosml_friction.diagnosis.data_checks import check_joints
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.identification.new_values import WORDS
 
 
 def limited(share):
@@ -44,34 +45,34 @@ def test_a_time_in_ms_that_was_taken_for_s_is_no_data():
     assert 'check the unit of time, as ms that were taken for s' in found.sentence
 
 
-@pytest.mark.parametrize(('column', 'quantity'), [('q', 'position'), ('tau', 'effort')])
-@pytest.mark.parametrize('share', [0.0, 0.004, 0.02, 0.4])
-def test_values_that_are_lost_are_told_as_samples_are(column, quantity, share):
-    """Of the first share of the samples; what is never known is told otherwise."""
+@pytest.mark.parametrize('column', ['q', 'tau'])
+def test_every_second_value_that_is_lost_leaves_the_answer_what_it_was(column):
     log = slider_recording()
     values = getattr(log, column).copy()
-    values[: round(share * len(log))] = np.nan
-    told = [c for c in check_log(replace(log, **{column: values})) if 'lost_share' in c.values]
-    told = [check for check in told if check.joint != '*']
-    if share < 0.005:
-        assert not told
-        return
-    (check,) = told
-    assert (check.kind, check.severity, check.joint) == (quantity, 'warning', log.names[0])
-    assert check.values['lost_share'] == pytest.approx(share, rel=0.01)
-    assert (
-        f'of the samples have no {quantity} of {log.names[0]} and are taken as lost;'
-        in check.sentence
-    )
+    values[1::2] = np.nan
+    whole, half = (diagnose([x], slider_model()) for x in (log, replace(log, **{column: values})))
+    assert half.verdict == whole.verdict == 'nothing_above_floor'
+    word = WORDS[column]
+    assert any(f'the {word} of {log.names[0]} is not in each' in c.sentence for c in half.checks)
 
 
-def test_every_second_effort_that_is_lost_leaves_the_answer_what_it_was():
+def test_samples_that_came_late_are_put_in_order():
+    """Of each hundredth sample: a stretch without one was too short for anything."""
+    log = slider_recording()
+    order = np.arange(len(log))
+    order[::100], order[1::100] = order[1::100].copy(), order[::100].copy()
+    found = [diagnose([x], slider_model()) for x in (log, log.rows(order))]
+    assert found[0].verdict == found[1].verdict == 'nothing_above_floor'
+    np.testing.assert_array_equal(found[0].selection.after.x, found[1].selection.after.x)
+
+
+def test_an_effort_that_one_joint_lacks_for_a_while_is_told():
     log = slider_recording()
     tau = log.tau.copy()
-    tau[1::2] = np.nan
-    whole, half = (diagnose([x], slider_model()) for x in (log, replace(log, tau=tau)))
-    assert half.verdict == whole.verdict == 'nothing_above_floor'
-    assert any(check.values.get('lost_share') == 0.5 for check in half.checks)
+    tau[: len(log) // 5] = np.nan
+    (check,) = effort_checks(replace(log, tau=tau))
+    assert check.severity == 'warning'
+    assert 'no effort in 20 % of the samples' in check.sentence
 
 
 def test_an_effort_without_its_sign_is_no_data():

@@ -27,6 +27,7 @@ from sosml_friction.diagnosis.decision.leftover import (
 )
 from sosml_friction.diagnosis.library import make_library, searched_terms
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.clean_samples import CleanSamples
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.finite_differences import first_derivative, second_derivative
 from sosml_friction.model.terms.kinds.fitted import Fitted
@@ -296,10 +297,10 @@ def test_lost_samples_are_counted_and_many_are_bad(arm):
         kept = rng.random(len(log)) > share
         kept[:2] = True
         part = JointLog(log.names, log.t_ns[kept], log.q[kept], log.v[kept], log.tau[kept])
-        found = next(c for c in check_log(part) if c.kind == 'dropped_samples')
+        found = next(c for c in check_log(CleanSamples.of(part)) if c.kind == 'dropped_samples')
         assert found.severity == severity
         assert found.values['lost_share'] == pytest.approx(share, abs=0.3 * share)
-    assert all(c.kind != 'dropped_samples' for c in check_log(log))
+    assert all(c.kind != 'dropped_samples' for c in check_log(CleanSamples.of(log)))
 
 
 @pytest.mark.parametrize('push', [1.0, 0.15])

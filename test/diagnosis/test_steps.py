@@ -93,13 +93,14 @@ def test_repeated_samples_glitches_and_repeated_positions_are_left_out_and_told(
     filled = replace(whole, q=whole.q[last], tau=whole.tau[last])
     recordings = Recordings.checked([filled], MODEL.make_robot())
     (said,) = [check for check in recordings.checks if check.kind == 'dropped_samples']
-    assert said.values['repeated_share'] == pytest.approx(0.03, abs=0.003)
-    assert 'repeat the one before and are left out' in said.sentence
+    assert said.values['lost_share'] == pytest.approx(0.03, abs=0.003)
+    (told,) = [check for check in recordings.checks if check.kind == 'repeated_samples']
+    assert 'repeat all of the one before' in told.sentence
     np.testing.assert_array_equal(recordings.logs[0].q, whole.q[last == k])
 
     off = replace(whole, q=whole.q + 0.5 * (k == 777)[:, None])
     recordings = Recordings.checked([off], MODEL.make_robot())
-    assert [c.kind for c in recordings.checks if c.severity == 'warning'] == ['position']
+    assert [c.kind for c in recordings.checks if c.severity == 'warning'] == ['glitch']
     np.testing.assert_array_equal(recordings.logs[0].q, whole.q[k != 777])
 
     slow = replace(whole, q=whole.q[k // 5 * 5])

@@ -19,7 +19,8 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.tables.importer import import_recording
 from sosml_friction.diagnosis.data_checks import check_joints
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.data_checks import SHORTEST_S, check_data
+from sosml_friction.identification.clean_samples import SHORTEST_S
+from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.data_finding import NOTE
 from sosml_friction.identification.joint_relations import Slopes
 from sosml_friction.model.model_folder import read_model
@@ -77,10 +78,11 @@ def test_samples_between_efforts_that_come_more_slowly_are_left_out(good, robot)
     tau[::5] = good.tau[::5]
     slow = replace(good, tau=tau)
     log, checks = check_data(slow, robot)
-    assert np.isfinite(log.tau[:-5]).all()
+    np.testing.assert_array_equal(log.tau, good.tau[::5])
+    np.testing.assert_array_equal(log.q, good.q[::5])
     assert checks.period_s == pytest.approx(5 * PERIOD)
-    np.testing.assert_array_equal(log.q[10], good.q[50])
-    assert 'lack every effort between others, and are left out' in checks.findings[0].sentence
+    (said,) = (f.sentence for f in checks.findings if f.check == 'sparse_effort')
+    assert f'is not in each sample, of shoulder at {0.2 / PERIOD:.3g} Hz' in said
     # A hole of effort alone stays one, and so does what one joint does not tell.
     tau = good.tau.copy()
     tau[1000:1100], tau[1500:1505, 0] = np.nan, np.nan
@@ -584,11 +586,11 @@ def test_the_measured_emps_axis_passes(data_directory, tmp_path):
     assert checks.joints['slider'].friction_level == pytest.approx(37.0, rel=0.05)
 
 
-def test_positions_and_efforts_at_stamps_of_their_own_are_refused(good, robot):
+def test_positions_and_efforts_at_stamps_of_their_own_are_interpolated(good, robot):
     q, tau = good.q.copy(), good.tau.copy()
     q[1::2], tau[::2] = np.nan, np.nan
-    with pytest.raises(DataError, match=r'has both a position and an effort .*: they come'):
-        check_data(replace(good, q=q, tau=tau), robot)
-    # Some that have both are fitted.
-    tau[::6] = good.tau[::6]
-    assert 'incomplete_samples' in found(replace(good, q=q, tau=tau), robot)
+    log, checks = check_data(replace(good, q=q, tau=tau), robot)
+    # Those of the positions, which is as often as efforts come.
+    np.testing.assert_array_equal(log.q, good.q[::2])
+    assert log.tau[1:-1] == pytest.approx(0.5 * (good.tau[1:-3:2] + good.tau[3:-1:2]))
+    assert {f.check for f in checks.findings} >= {'sparse_position', 'sparse_effort'}

@@ -1,0 +1,77 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which samples of a recording are measurements."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_robots import slider_recording
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.clean_samples import CleanSamples
+
+
+@pytest.fixture(scope='module')
+def both():
+    """Return two joints, the second some time behind the first."""
+    log = slider_recording()
+    columns = {what: getattr(log, what)[:, 0] for what in ('q', 'v', 'tau')}
+    return JointLog(
+        ('a', 'b'),
+        log.t_ns,
+        *(np.column_stack([x, np.roll(x, len(x) // 2)]) for x in columns.values()),
+    )
+
+
+def rows_of(log, rows, joint):
+    """Return samples with the values of one joint alone."""
+    part = log.rows(rows)
+    return part.mapped(lambda x: np.where(np.arange(2) == joint, x, np.nan), t_ns=part.t_ns)
+
+
+def joined(*parts):
+    """Return samples of several parts in the order of their stamps."""
+    order = np.argsort(np.concatenate([p.t_ns for p in parts]), kind='stable')
+    t_ns, *columns = (
+        np.concatenate([getattr(p, what) for p in parts])[order]
+        for what in ('t_ns', 'q', 'v', 'tau')
+    )
+    return JointLog(parts[0].names, t_ns, *columns)
+
+
+def test_joints_in_messages_of_their_own_with_one_stamp_are_one_sample(both):
+    every = np.arange(len(both))
+    clean = CleanSamples.of(joined(rows_of(both, every, 0), rows_of(both, every, 1)))
+    for what in ('t_ns', 'q', 'v', 'tau'):
+        np.testing.assert_array_equal(getattr(clean.log, what), getattr(both, what))
+    assert clean.repeated_stamps == len(both)
+    assert clean.lost_share == 0.0
+
+
+def test_joints_that_are_asked_in_turn_are_taken_where_the_slower_one_was(both):
+    """The second at a third of the rate; the first is interpolated to it."""
+    every = np.arange(len(both))
+    fast, slow = every[every % 3 != 1], every[every % 3 == 1]
+    clean = CleanSamples.of(joined(rows_of(both, fast, 0), rows_of(both, slow, 1)))
+    np.testing.assert_array_equal(clean.log.t_ns, both.t_ns[slow])
+    np.testing.assert_array_equal(clean.log.q[:, 1], both.q[slow, 1])
+    # A cubic between samples h to each side is off by 9/384 (2 h)^4 of the fourth derivative, and
+    # noise of both is its own.
+    noise = float(np.std(np.diff(both.q[:, 0], 3))) / np.sqrt(20.0)
+    off = clean.log.q[1:-1, 0] - both.q[slow[1:-1], 0]
+    assert np.sqrt(np.mean(off**2)) < 2.0 * noise
+    between = 0.5 * (both.tau[slow - 1] + both.tau[np.minimum(slow + 1, len(both) - 1)])
+    assert clean.log.tau[1:-1, 0] == pytest.approx(between[1:-1, 0])
+    assert {f.check for f in clean.findings} == {'sparse_position', 'sparse_effort'}
+
+
+def test_what_lacks_for_longer_stays_a_hole(both):
+    q, tau = both.q.copy(), both.tau.copy()
+    q[100:103, 0], tau[200:203, 1], q[300:320, 0], tau[400:420, 1] = np.nan, np.nan, np.nan, np.nan
+    clean = CleanSamples.of(replace(both, q=q, tau=tau))
+    kept = np.flatnonzero(np.isin(both.t_ns, clean.log.t_ns))
+    np.testing.assert_array_equal(np.setdiff1d(np.arange(len(both)), kept), np.arange(300, 320))
+    unknown = kept[np.isnan(clean.log.tau[:, 1])]
+    np.testing.assert_array_equal(unknown, np.arange(400, 420))
+    assert clean.incomplete_samples == 20
