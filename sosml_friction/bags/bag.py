@@ -522,7 +522,7 @@ class Bag:
 def _mcap_files(path: Path) -> list[Path]:
     """Return the MCAP files of a bag in the order they were recorded, at least one."""
     if not path.exists():
-        raise BagError(f'{path} does not exist: give a bag folder or file')
+        raise BagError(f'{path} does not exist: give a bag folder, a .mcap file or a table')
     if path.is_file():
         return [path]
     try:

@@ -127,7 +127,7 @@ def scan(path: Path, regions: list[Region], beyond: bool = False) -> McapScan:
             if head != MAGIC[: len(head)]:
                 raise BagError(
                     f'{path} is not an MCAP file (its first bytes are not those of one): give a '
-                    'bag folder or a .mcap file'
+                    'bag folder, a .mcap file, or a table, of text as .csv'
                 )
             if len(head) < len(MAGIC):
                 found.is_cut = True

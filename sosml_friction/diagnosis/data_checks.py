@@ -13,7 +13,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import HOLE
 from sosml_friction.identification.clean_samples import CleanSamples
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, WARNING
-from sosml_friction.identification.joint_checks import check_joint
+from sosml_friction.identification.joint_checks import ZERO, check_each_joint
 from sosml_friction.identification.joint_relations import Slopes
 from sosml_friction.identification.swapped_joints import swapped_joints
 from sosml_friction.model.robot import Robot
@@ -41,7 +41,7 @@ _ERRORS, _SAMPLES = 4.0, 0.75
 #: Findings on a joint that matter here: their kind, and how bad they are if not a warning.
 _KINDS = {
     'position_unit': ('position', 'bad'),
-    'position_zero': ('position', 'warning'),
+    ZERO: ('position', 'warning'),
     'wrap': ('position', 'warning'),
     'velocity_unit': ('velocity', 'warning'),
     'rest': ('motion', 'bad'),
@@ -152,8 +152,7 @@ def check_joints(log: JointLog, robot: Robot) -> list[Check]:
     checks = []
     if swapped := swapped_joints(log, robot, slopes):
         checks.append(Check('effort', 'bad', '*', swapped))
-    for i in range(robot.n):
-        found, _, _, findings = check_joint(log, robot, i, slopes)
+    for found, _, _, findings in check_each_joint(log, robot, slopes):
         for finding in findings:
             if finding.check == 'saturation' and finding.level == LEFT_OUT:
                 # Holes at every peak would leave no stretch that is long enough.

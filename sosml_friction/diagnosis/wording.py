@@ -154,11 +154,12 @@ def sentence_of(
         if untold and not where:
             where = f'The effort of {", ".join(untold)} contradicts the inertia of the model. '
         where += _instead(selection, names) + _worse(selection, names)
+        last = _unsaid(gain, names)
         for name, needs in (untried or {}).items():
-            where += f'{words(name).capitalize()} is not looked for, which needs {needs}. '
+            last += f' {words(name).capitalize()} is not looked for, which needs {needs}.'
         return (
             f'{text}. {where}{_not_shown(causes)}{gains}'
-            f'{_contradicted((*causes, *tolerated))}{end}'
+            f'{_contradicted((*causes, *tolerated))}{end}{last}'
         )
     if all(cause.effect in DATA_CAUSES or cause.is_fault for cause in causes):
         rest = _rest(selection, names, units).lstrip() or _nothing(selection, gain, names)
@@ -311,10 +312,17 @@ def _nothing(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
     if noisy:
         parts = ', '.join(f'{relative:.0f} % of that of {name}' for name, _, relative in noisy)
         text += f' Noise is the larger part of effort, {parts}: what is smaller does not show.'
-    unsaid = [name for name in names if name not in {name for name, *_ in left}]
-    if unsaid:
-        text += f' Of {", ".join(unsaid)} nothing is known: see what is said of the data.'
-    return text + _noise(clear)
+    return text + _unsaid(gain, names) + _noise(clear)
+
+
+def _unsaid(gain: Gain, names: Sequence[str]) -> str:
+    """Return of which joints nothing is known, as a sentence with a blank before it."""
+    unsaid = [
+        n for n, own in zip(names, gain.relative_after, strict=False) if not np.isfinite(own)
+    ]
+    if not unsaid:
+        return ''
+    return f' Of {", ".join(unsaid)} nothing is known: see first what is said of the data.'
 
 
 def _noise(left: Sequence[tuple[str, float, float]]) -> str:
@@ -434,8 +442,8 @@ def _along(x: Leftover, joint: str, unit: str) -> str:
             else 'more than noise would'
         )
         return (
-            f'{what} depends on {axis}, or on something alike: free curves of all axes together '
-            f'explain {than}, and none by itself'
+            f'{what} depends on {axis}, or on something alike: free curves of all quantities '
+            f'together explain {than}, though none does alone'
         )
     of_it = 'a free function of both' if axis.endswith(AT_ONCE) else 'a free curve of it'
     if x.share < 1.0:

@@ -19,7 +19,7 @@ from sosml_friction.identification.data_finding import (
     WARNING,
     DataFinding,
 )
-from sosml_friction.identification.joint_checks import JointChecks, check_joint
+from sosml_friction.identification.joint_checks import JointChecks, check_each_joint
 from sosml_friction.identification.joint_relations import Slopes
 from sosml_friction.identification.stamp_checks import check_stamps
 from sosml_friction.identification.swapped_joints import swapped_joints
@@ -116,10 +116,8 @@ def check_data(
     v, tau, slopes = log.v.copy(), log.tau.copy(), Slopes.of(log)
     if swapped := swapped_joints(log, robot, slopes):
         raise DataError(swapped)
-    for i, name in enumerate(robot.names):
-        joints[name], v[:, i], tau[:, i], own = check_joint(
-            log, robot, i, slopes, name in free_rotors
-        )
+    for i, each in enumerate(check_each_joint(log, robot, slopes, free_rotors)):
+        joints[robot.names[i]], v[:, i], tau[:, i], own = each
         findings += own
     findings += check_stamps(replace(log, tau=tau), period)
     long = steps[steps > _GAP_PERIODS * period]

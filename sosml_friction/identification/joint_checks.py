@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with the recording of one joint, before anything is fitted to it."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,8 @@ _GIVES_WAY = 5e-3
 _MOST_SATURATED = 0.2
 #: A speed this many times the URDF's limit is no speed of that robot, if its bodies do not tell.
 _IMPOSSIBLE = 3.0
+#: What a finding is called that position counts from another zero.
+ZERO = 'position_zero'
 #: A velocity this many times the slope of position is another one.
 _OTHER_VELOCITY = 1.2
 #: The misfit of a hypothesis that is to refuse a joint is at most this share of that of the data
@@ -103,17 +106,35 @@ class JointChecks:
     saturated: float
 
 
-def check_joint(
-    log: JointLog, robot: Robot, i: int, slopes: Slopes, free_rotor: bool = False
-) -> tuple[JointChecks, FloatArray, FloatArray, list[DataFinding]]:
-    """
-    Return what was measured of joint i, velocity and effort as far as they can be used (N,).
+#: What was measured of a joint, its velocity and effort as far as they can be used (N,), and what
+#: was found.
+Checked = tuple[JointChecks, FloatArray, FloatArray, list[DataFinding]]
 
-    The last of the four is what was found.
+
+def check_each_joint(
+    log: JointLog, robot: Robot, slopes: Slopes, free_rotors: Collection[str] = ()
+) -> list[Checked]:
+    """
+    Return what was measured and found of each joint.
 
     :param log: stamps that rise, every position known, joints in the order of ``robot``.
-    :param free_rotor: whether its armature is not known.
+    :param free_rotors: joints whose armature is not known.
     """
+    found = [
+        _check_joint(log, robot, i, slopes, name in free_rotors)
+        for i, name in enumerate(robot.names)
+    ]
+    # Behind a joint whose zero is another, gravity is turned as well.
+    off = {i for i, each in enumerate(found) if any(f.check == ZERO for f in each[3])}
+    for i, each in enumerate(found):
+        if off.intersection(robot.carriers(i)):
+            each[3][:] = [finding for finding in each[3] if finding.check != ZERO]
+    return found
+
+
+def _check_joint(
+    log: JointLog, robot: Robot, i: int, slopes: Slopes, free_rotor: bool = False
+) -> Checked:
     name, limit = robot.names[i], robot.limits[i]
     way = 'rad' if robot.effort_units[i] == 'Nm' else 'm'
     q, tau = log.q[:, i], log.tau[:, i].copy()
@@ -315,12 +336,19 @@ def _refusal(
             'effort, or of its position, in the driver or the mapping, unless something else '
             'moves the joint, as a hand does: then record it moved by its own motor'
         )
-    if effort is not None and effort.tells and _is_unit(effort):
+    # The rotor behind a gear, which a model may lack, is many times its link.
+    rotor = robot.armature[i] > 0.0
+    if effort is not None and effort.tells and _is_unit(effort, rotor):
+        own = f'{_scale(effort.scale, effort.error)} times what the bodies of its URDF need'
+        if np.isfinite(effort.gravity):
+            own = (
+                f'{_scale(effort.scale, effort.error)} times what the gravity and '
+                f'{effort.inertia / effort.gravity * effort.scale:.4g} times what the inertia of '
+                'its URDF need'
+            )
         return 'effort_unit', (
-            f'the effort of joint {name} is {_scale(effort.scale, effort.error)} times what the '
-            f'gravity and {effort.inertia / effort.gravity * effort.scale:.4g} times what the '
-            f'inertia of its URDF need: it is not in {unit}; give its scale (a torque constant '
-            'for A) in the mapping, or correct the masses'
+            f'the effort of joint {name} is {own}: it is not in {unit}; give its scale (a torque '
+            'constant for A) in the mapping, or correct the masses'
         )
     return None
 
@@ -342,10 +370,17 @@ def _drives(found: JointChecks) -> bool:
     return found.friction_level < -3.0 * found.friction_level_error
 
 
-def _is_unit(effort: EffortRelation) -> bool:
-    """Tell whether gravity and inertia both say that the effort is in another unit."""
+def _is_unit(effort: EffortRelation, rotor: bool) -> bool:
+    """
+    Tell whether gravity and inertia say that the effort is in another unit.
+
+    Both of them, or the one that there is.
+
+    :param rotor: whether the model has the rotor's inertia, so that inertia alone says so.
+    """
     parts = np.array([effort.gravity, effort.inertia]) / effort.scale
     alike = bool((parts > 1.0 / _ALIKE).all() and (parts < _ALIKE).all())
+    alike |= rotor and not np.isfinite(parts).any()
     far = not 1.0 / _OTHER_UNIT < effort.scale < _OTHER_UNIT
     return alike and far and effort.scale > 0.0 and effort.free < _FAR * effort.alone
 
@@ -373,7 +408,7 @@ def _told(robot: Robot, i: int, effort: EffortRelation, drives: bool) -> list[Da
             f'unexplained, and {_percent(effort.as_it_is)} as it is; add as much to the position '
             '(offset in the mapping), or correct the URDF'
         )
-        found.append(DataFinding('position_zero', name, WARNING, what))
+        found.append(DataFinding(ZERO, name, WARNING, what))
     elif effort.tells and (far or not 1.0 / HEAVIER < scale < HEAVIER):
         what = (
             f'the effort of joint {name} is {_scale(scale, effort.error)} times what the bodies '

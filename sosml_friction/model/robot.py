@@ -90,6 +90,12 @@ class Robot:
         """Return the number of joints."""
         return len(self.names)
 
+    def carriers(self, joint: int) -> tuple[int, ...]:
+        """Return the joints between the base and a joint, which carry it."""
+        on_its_way = list(self._model.supports[self._model.getJointId(self.names[joint])])[1:-1]
+        names = {self._model.names[k] for k in on_its_way}
+        return tuple(i for i, name in enumerate(self.names) if name in names)
+
     @property
     def constants(self) -> FloatArray:
         """Return what compiled code computes :meth:`momentum_terms` from, rigid_constants."""

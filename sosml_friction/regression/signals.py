@@ -30,7 +30,10 @@ from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.steady_acceleration import steady_acceleration
+from sosml_friction.regression.steady_acceleration import (
+    largest_of,
+    steady_acceleration,
+)
 
 #: Displacement over which the friction of a joint that turns around changes its sign: the larger
 #: of a share of its range of motion and a number of quanta of position. Of nine answers of
@@ -91,6 +94,7 @@ class Signals:
     the second of :func:`~.steady_acceleration.steady_acceleration`;
     ``shaken`` (N, n): effort that the nominal bodies need beyond it for the acceleration as it is
     measured: in the residual it is noise of known size, but in a column it would take that off;
+    ``doubted`` (N, n): effort of the bodies for what may be noise in ``a``;
     ``rough`` (N, n): that acceleration less ``a``; ``jitter`` (n,): standard deviation of what the
     noise of position is in ``v``;
     ``held`` (N,): how long the recorded effort about each sample holds, in steps;
@@ -126,6 +130,7 @@ class Signals:
     by_load: FloatArray | float = 0.0
     more_load: FloatArray | float = 0.0
     shaken: FloatArray | float = 0.0
+    doubted: FloatArray | float = 0.0
     rough: FloatArray | float = 0.0
     jitter: FloatArray | float = 0.0
     held: FloatArray | float = 1.0
@@ -139,6 +144,16 @@ class Signals:
     def torque(self) -> FloatArray:
         """Return the effort that the nominal model expects, (N, n)."""
         return np.asarray(self.rigid + self.friction + self.known)
+
+    @property
+    def sure_torque(self) -> FloatArray:
+        """
+        Return the same for an acceleration that is no noise, (N, n).
+
+        Noise of position is in what is left of effort, too: a free curve over a load that has it
+        would explain it.
+        """
+        return np.asarray(self.torque - self.doubted)
 
     @cached_property
     def motion(self) -> Motion:
@@ -333,18 +348,22 @@ def make_signals(
     a = first_derivative(v, step)
     sign = _signs(q, v, scales)
     noise = band.smooth(_position_noise(stretch, robot, step)[0].drawn(np.random.default_rng(0)))
-    steady = steady_acceleration(a, second_derivative(noise, step), band)
+    rough = second_derivative(noise, step)
+    steady = steady_acceleration(a, rough, band)
+    sure = steady_acceleration(a, rough, band, largest_of(len(a)))
     regressor = robot.torque_regressors(q, v, steady)
     bodies, rotors = robot.inertial_parameters().ravel(), np.array(robot.armature)
     if robot.followers:
         # Their bodies are not in the regressor.
-        rigid, whole = (
+        rigid, whole, least = (
             np.array([robot.inverse_dynamics(*x) for x in zip(q, v, each, strict=True)])
-            for each in (steady, a)
+            for each in (steady, a, sure)
         )
     else:
         rigid = regressor @ bodies + rotors * steady
-        whole = robot.torque_regressors(q, v, a) @ bodies + rotors * a
+        whole, least = (
+            robot.torque_regressors(q, v, each) @ bodies + rotors * each for each in (a, sure)
+        )
     friction = nominal_friction(v, sign, scales)
     silent = ~np.isfinite(stretch.tau).any(axis=0)
     return Signals(
@@ -362,6 +381,7 @@ def make_signals(
         band=band,
         temperature=stretch.temperature,
         shaken=whole - rigid,
+        doubted=rigid - least,
         rough=a - steady,
         jitter=np.std(first_derivative(noise, step), axis=0),
         silent=frozenset(np.flatnonzero(silent).tolist()),

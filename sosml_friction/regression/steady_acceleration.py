@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Acceleration without the noise of position in it."""
 
+import math
+
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
@@ -13,23 +15,32 @@ from sosml_friction.regression.chance import SIGMAS
 _CYCLES = 5.0
 
 
-def steady_acceleration(a: FloatArray, noise: FloatArray, band: Band) -> FloatArray:
+def largest_of(count: int) -> float:
+    """Return how many standard deviations off the largest of so many normal deviates is."""
+    return math.sqrt(2.0 * math.log(max(count, 2)))
+
+
+def steady_acceleration(
+    a: FloatArray, noise: FloatArray, band: Band, sigmas: float = SIGMAS
+) -> FloatArray:
     """
     Return accelerations (N, n), each sample low-passed as far as the motion there allows.
 
-    The cut-off is halved while the intervals x +- 3 sigma of what the low-passes give have a
-    point in common, sigma that of the noise each leaves: the rule of intersecting confidence
-    intervals (Goldenshluger and Nemirovski, 1997). A jump keeps its edge; where the motion is
-    smooth, noise that is faster than it is gone.
+    The cut-off is halved while the intervals x +- ``sigmas`` sigma of what the low-passes give
+    have a point in common, sigma that of the noise each leaves: the rule of intersecting
+    confidence intervals (Goldenshluger and Nemirovski, 1997). A jump keeps its edge; where the
+    motion is smooth, noise that is faster than it is gone.
 
     :param a: second derivative of measured positions; ``noise`` (N, n): a draw of the noise in it.
+    :param sigmas: 3 loses little of the motion, and :func:`largest_of` all samples has no noise:
+        the line that an encoder's steps make at some speeds passes three.
     """
     result = a.copy()
     for i in range(a.shape[1]):
         low, high = np.full(len(a), -np.inf), np.full(len(a), np.inf)
         x, own, cutoff = a[:, i], noise[:, i], band.cutoff
         while cutoff * band.step * len(a) > _CYCLES:
-            wide = SIGMAS * float(np.std(own))
+            wide = sigmas * float(np.std(own))
             low, high = np.maximum(low, x - wide), np.minimum(high, x + wide)
             common = low <= high
             if not common.any():

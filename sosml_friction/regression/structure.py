@@ -28,7 +28,7 @@ _AXES: tuple[Callable[[Recording], FloatArray], ...] = (
     lambda s: s.v,
     lambda s: s.q,
     lambda s: s.a,
-    lambda s: s.torque,
+    lambda s: s.sure_torque,
 )
 #: The part of each that is noise of position and no motion, (N, n) or its standard deviation (n,):
 #: acceleration has most of it. At a constant speed it is all by which velocity differs, and

@@ -280,7 +280,7 @@ def test_tags_come_with_the_log(tmp_path, joint_state):
 
 
 def test_a_missing_path_is_one_sentence(tmp_path):
-    with pytest.raises(BagError, match=r'nowhere does not exist: give a bag folder or file'):
+    with pytest.raises(BagError, match=r'nowhere does not exist: give a bag folder'):
         Bag.open(tmp_path / 'nowhere')
 
 

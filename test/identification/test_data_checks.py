@@ -594,3 +594,11 @@ def test_positions_and_efforts_at_stamps_of_their_own_are_interpolated(good, rob
     np.testing.assert_array_equal(log.q, good.q[::2])
     assert log.tau[1:-1] == pytest.approx(0.5 * (good.tau[1:-3:2] + good.tau[3:-1:2]))
     assert {f.check for f in checks.findings} >= {'sparse_position', 'sparse_effort'}
+
+
+def test_behind_a_joint_that_counts_from_elsewhere_no_other_does(good, robot):
+    """The gravity of the elbow turns with the shoulder."""
+    q = good.q + np.array([0.5 * np.pi, 0.0])
+    _, checks = check_data(replace(good, q=q), robot)
+    assert [f.joint for f in checks.findings if f.check == 'position_zero'] == ['shoulder']
+    assert [robot.carriers(i) for i in range(2)] == [(), (0,)]

@@ -112,3 +112,21 @@ def test_cogging_of_a_motor_that_turns_once_is_no_turned_sign(data_directory):
     log = JointLog(('motor',), stamps(time), q, np.full_like(q, np.nan), 0.0075 * current[:, None])
     with pytest.raises(DataError, match='one direction only'):
         check_data(log, Robot(SHAFT.format(2.5e-4), ['motor'], [0.0]))
+
+
+@pytest.mark.parametrize(('rotor', 'refused'), [(0.2, True), (0.0, False)])
+def test_without_gravity_inertia_tells_another_unit_where_the_rotor_is_known(rotor, refused):
+    """A flywheel about a vertical axis, its current in mA taken for A: 1000 times as much."""
+    t = 1e-3 * np.arange(20_000)
+    q, v, a = 0.8 * np.sin(2.0 * t), 1.6 * np.cos(2.0 * t), -3.2 * np.sin(2.0 * t)
+    tau = 1e3 * ((0.06 + 0.2) * a + 0.3 * np.sign(v) + 0.2 * v)
+    tau += 20.0 * np.random.default_rng(0).standard_normal(len(t))
+    log = JointLog(
+        ('motor',), np.rint(1e9 * t).astype(np.int64), *(x[:, None] for x in (q, v, tau))
+    )
+    robot = Robot(SHAFT.format(0.06), ['motor'], [rotor])
+    if refused:
+        with pytest.raises(DataError, match='times what the bodies of its URDF need: it is not'):
+            check_data(log, robot)
+    else:
+        assert 'its effort is not in Nm' in check_data(log, robot)[1].warnings['motor']

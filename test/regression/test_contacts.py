@@ -187,8 +187,8 @@ def test_where_a_coarse_position_turns_around_is_no_push(seed, push):
     settings = DiagnosisSettings()
     signals = prepare([log], model, model.make_robot(), settings)
     contacts = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings).contacts
-    found = {round(each.start_s) for each in contacts.contacts}
-    assert 60 in found if push else not found
+    starts = [each.start_s for each in contacts.contacts]
+    assert any(59.9 < start < 61.0 for start in starts) if push else not starts
 
 
 def test_two_pushes_bend_no_fit_and_hide_no_rest():

@@ -9,7 +9,7 @@ import pytest
 
 from sosml_friction.model.finite_differences import second_derivative
 from sosml_friction.regression.band import Band
-from sosml_friction.regression.steady_acceleration import steady_acceleration
+from sosml_friction.regression.steady_acceleration import largest_of, steady_acceleration
 
 STEP = 4e-3
 BAND = Band(20.0, STEP)
@@ -34,6 +34,27 @@ def test_a_slow_sine_loses_its_noise():
     error = steady_acceleration(true + added, noise(2), BAND) - true
     inner = slice(500, -500)
     assert np.std(error[inner]) < 0.06 * np.std(added)
+
+
+@pytest.mark.parametrize('dither', [0.05, 0.1])
+def test_the_line_of_an_encoders_steps_is_no_motion(dither):
+    """
+    19 bits at 1 kHz and 0.06 rad/s: 5006.6 counts a second are seen as 6.6, with all harmonics.
+
+    Their power is a twelfth of the squared count, as that of white noise, and all in the band.
+    """
+    step, count = 1e-3, 2.0 * np.pi / 2**19
+    time, band = np.arange(0.0, 30.0, step), Band(60.0, step)
+    # Elsewhere it is faster and the noise is white.
+    speed = np.where(np.abs(time - 15.0) < 2.0, 0.06, 0.25 + 0.05 * np.sin(time))
+    q = np.cumsum(speed) * step + dither * count * np.random.default_rng(0).standard_normal(
+        len(time)
+    )
+    errors = [count * np.rint((q + x) / count) - q - x for x in (0.0, 0.3 * count)]
+    slow = np.abs(time - 15.0) < 1.5
+    own, other = (second_derivative(band.smooth(e[:, None]), step) for e in errors)
+    left = steady_acceleration(own, other, band, largest_of(len(time)))
+    assert np.std(left[slow]) < 0.01 * np.std(own[slow])
 
 
 def test_a_jump_keeps_its_edge():

@@ -86,5 +86,7 @@ class PreslidingHysteresis(EffortTerm):
         if coulomb == 0.0:
             return 'the model has no Coulomb friction that builds up'
         if np.isfinite(coulomb) and not _LEAST * coulomb < level < most * coulomb:
-            return f'what builds up is {level / coulomb:.2f} of Coulomb friction, not all'
+            return (
+                f'{level / coulomb:.2f} of Coulomb friction would build up, where all of it does'
+            )
         return ''

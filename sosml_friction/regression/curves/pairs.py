@@ -46,7 +46,7 @@ class Pairs(Curve):
         self._positions = knots_of(stretches, lambda s: s.q, _KNOTS)
         self._velocities = knots_of(stretches, lambda s: s.v, _KNOTS)
         noise = spread(stretches, lambda s: s.shaken)
-        self._loads = knots_of(stretches, lambda s: s.torque, _KNOTS, noise)
+        self._loads = knots_of(stretches, lambda s: s.sure_torque, _KNOTS, noise)
         self._apart = apart(stretches)
 
     def axes(self, joint: int) -> list[tuple[str, str]]:
@@ -74,7 +74,7 @@ class Pairs(Curve):
         yield TIME, lambda s: _waves(s.time, self._times)
         found = [
             (POSITION, joint, self._positions, lambda s: s.q),
-            (LOAD, joint, self._loads, lambda s: s.torque),
+            (LOAD, joint, self._loads, lambda s: s.sure_torque),
         ]
         for k in (joint - 1, joint + 1):
             if 0 <= k < len(self._positions):

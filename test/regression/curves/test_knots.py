@@ -32,7 +32,7 @@ def test_a_free_curve_does_not_bend_within_the_noise_of_a_constant_velocity(jitt
     v = plateaus + 2e-3 * rng.standard_normal(plateaus.shape)
     still = np.zeros_like(v)
     stretch = SimpleNamespace(
-        v=v, q=still, a=still, torque=still, sign=np.ones_like(v), rough=still, shaken=still
+        v=v, q=still, a=still, sure_torque=still, sign=np.ones_like(v), rough=still, shaken=still
     )
     stretch.jitter = np.array([jitter])
     hats = Structure([stretch]).own_columns(stretch, 0, ({},))[:, 0, :HATS]

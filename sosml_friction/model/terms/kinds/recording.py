@@ -29,8 +29,8 @@ class Recording(Protocol):
     One stretch of a recording, N samples of n joints; fields as of the regression's ``Signals``.
 
     ``rigid``, ``friction``, ``torque`` (N, n): nominal effort of bodies, of friction, and in all
-    [Nm or N]; ``regressor`` (N, n, 10 n): of the bodies' ten numbers each; ``cache``: what terms
-    computed and want to keep.
+    [Nm or N], ``sure_torque`` without noise of position; ``regressor`` (N, n, 10 n): of the
+    bodies' ten numbers each; ``cache``: what terms computed and want to keep.
     """
 
     @property
@@ -49,6 +49,8 @@ class Recording(Protocol):
     def friction(self) -> FloatArray: ...
     @property
     def torque(self) -> FloatArray: ...
+    @property
+    def sure_torque(self) -> FloatArray: ...
     @property
     def regressor(self) -> FloatArray: ...
     @property

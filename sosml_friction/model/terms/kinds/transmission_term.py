@@ -68,7 +68,7 @@ class TransmissionTerm(Term):
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible: the simulation is right at 1."""
         if not 0.4 < fit.amplitude[0] < 1.8:
-            return f'its simulation would have to be {fit.amplitude[0]:.2f} times as large'
+            return f'its effort would have to be {fit.amplitude[0]:.2f} times what it makes'
         return ''
 
 
