@@ -26,13 +26,14 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.observers.signal_noise import counts_of, signal_noise
 from sosml_friction.regression.band import Band
+from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.steady_acceleration import (
     largest_of,
-    steady_acceleration,
+    steady_accelerations,
 )
 
 #: Displacement over which the friction of a joint that turns around changes its sign: the larger
@@ -91,7 +92,7 @@ class Signals:
     Hold one uninterrupted stretch of a recording at its own rate, N samples of n joints.
 
     ``q``, ``v``, ``a`` (N, n): measured position smoothed at twice the band, and its derivatives,
-    the second of :func:`~.steady_acceleration.steady_acceleration`;
+    the second of :func:`~.steady_acceleration.steady_accelerations`;
     ``shaken`` (N, n): effort that the nominal bodies need beyond it for the acceleration as it is
     measured: in the residual it is noise of known size, but in a column it would take that off;
     ``doubted`` (N, n): effort of the bodies for what may be noise in ``a``;
@@ -348,9 +349,8 @@ def make_signals(
     a = first_derivative(v, step)
     sign = _signs(q, v, scales)
     noise = band.smooth(_position_noise(stretch, robot, step)[0].drawn(np.random.default_rng(0)))
-    rough = second_derivative(noise, step)
-    steady = steady_acceleration(a, rough, band)
-    sure = steady_acceleration(a, rough, band, largest_of(len(a)))
+    sigmas = SIGMAS, largest_of(len(a))
+    steady, sure = steady_accelerations(a, second_derivative(noise, step), band, sigmas)
     regressor = robot.torque_regressors(q, v, steady)
     bodies, rotors = robot.inertial_parameters().ravel(), np.array(robot.armature)
     if robot.followers:

@@ -3,12 +3,12 @@
 """Acceleration without the noise of position in it."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.regression.band import Band
-from sosml_friction.regression.chance import SIGMAS
 
 #: Cycles of a cut-off that its low-pass is long, (80 - 7.95) / 4.57 pi by Kaiser's formula: a
 #: shorter recording has none of it.
@@ -20,33 +20,38 @@ def largest_of(count: int) -> float:
     return math.sqrt(2.0 * math.log(max(count, 2)))
 
 
-def steady_acceleration(
-    a: FloatArray, noise: FloatArray, band: Band, sigmas: float = SIGMAS
-) -> FloatArray:
+def steady_accelerations(
+    a: FloatArray, noise: FloatArray, band: Band, sigmas: Sequence[float]
+) -> list[FloatArray]:
     """
     Return accelerations (N, n), each sample low-passed as far as the motion there allows.
 
-    The cut-off is halved while the intervals x +- ``sigmas`` sigma of what the low-passes give
-    have a point in common, sigma that of the noise each leaves: the rule of intersecting
-    confidence intervals (Goldenshluger and Nemirovski, 1997). A jump keeps its edge; where the
-    motion is smooth, noise that is faster than it is gone.
+    The cut-off is halved while the intervals x +- k sigma of what the low-passes give have a
+    point in common, sigma that of the noise each leaves: the rule of intersecting confidence
+    intervals (Goldenshluger and Nemirovski, 1997). A jump keeps its edge; where the motion is
+    smooth, noise that is faster than it is gone.
 
     :param a: second derivative of measured positions; ``noise`` (N, n): a draw of the noise in it.
-    :param sigmas: 3 loses little of the motion, and :func:`largest_of` all samples has no noise:
-        the line that an encoder's steps make at some speeds passes three.
+    :param sigmas: k of each that is returned. 3 loses little of the motion, and
+        :func:`largest_of` all samples has no noise: the line that an encoder's steps make at some
+        speeds passes three.
     """
-    result = a.copy()
+    results = [a.copy() for _ in sigmas]
     for i in range(a.shape[1]):
-        low, high = np.full(len(a), -np.inf), np.full(len(a), np.inf)
+        bounds = np.full((len(sigmas), 2, len(a)), np.inf) * np.array([[-1.0], [1.0]])
         x, own, cutoff = a[:, i], noise[:, i], band.cutoff
         while cutoff * band.step * len(a) > _CYCLES:
-            wide = sigmas * float(np.std(own))
-            low, high = np.maximum(low, x - wide), np.minimum(high, x + wide)
-            common = low <= high
+            sigma = float(np.std(own))
+            common = np.zeros(len(a), dtype=np.bool_)
+            for result, (low, high), k in zip(results, bounds, sigmas, strict=True):
+                np.maximum(low, x - k * sigma, out=low)
+                np.minimum(high, x + k * sigma, out=high)
+                alike = low <= high
+                result[alike, i] = x[alike]
+                common |= alike
             if not common.any():
                 break
-            result[common, i] = x[common]
             narrower = Band(cutoff, band.step)
             x, own = (narrower.smooth(y[:, i], 1.0) for y in (a, noise))
             cutoff /= 2.0
-    return result
+    return results
