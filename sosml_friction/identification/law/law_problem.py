@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -422,9 +423,14 @@ def spanning(columns: FloatArray) -> IndexArray:
 
 def triangle(root: FloatArray, *columns: FloatArray) -> FloatArray:
     """Return R of the QR decomposition of root (M,) times columns, from blocks of their rows."""
-    R = np.empty((0, sum(each.shape[1] for each in columns)))
-    for first in range(0, len(columns[0]), ROWS_AT_ONCE):
+    ends = np.cumsum([0, *(each.shape[1] for each in columns)]).tolist()
+    R = np.zeros((ends[-1], ends[-1]))
+    for first in range(0, len(root), ROWS_AT_ONCE):
         rows = slice(first, first + ROWS_AT_ONCE)
-        block = np.column_stack([each[rows] for each in columns]) * root[rows, None]
-        R = np.asarray(np.linalg.qr(np.vstack([R, block]) if first else block, mode='r'))
-    return R
+        # As LAPACK has it, so that nothing is copied.
+        block = np.empty((len(R) + len(root[rows]), len(R)), order='F')
+        block[: len(R)] = R
+        for each, (begin, end) in zip(columns, itertools.pairwise(ends), strict=True):
+            np.multiply(each[rows], root[rows, None], out=block[len(R) :, begin:end])
+        R = qr(block, mode='raw', overwrite_a=True, check_finite=False)[1]
+    return np.asarray(R)
