@@ -72,8 +72,8 @@ class CleanSamples:
         if len(steps) == 0 or log.time[-1] < SHORTEST_S:
             raise DataError(
                 f'the recording has {len(log)} usable samples over {log.time[-1]:.3g} s: friction '
-                f'needs at least {SHORTEST_S:g} s of motion at several speeds in both directions; '
-                'record a trajectory (sosml trajectory lists them)'
+                'needs motion at several speeds in both directions; record a trajectory of at '
+                'least 10 s (sosml trajectory lists them)'
             )
         period = float(np.median(steps))
         if slow := too_slow(period):

@@ -113,7 +113,7 @@ def test_bad_data_end_with_code_1_and_a_sentence(tmp_path, nominal, capsys):
     log = slider_log(duration=1.5)
     code, out, _, stderr = run(tmp_path, nominal, log, capsys=capsys)
     assert code == 1
-    assert 'long' in stderr
+    assert 'usable samples over 1.5 s' in stderr
     assert json.loads((out / 'diagnosis.json').read_text())['verdict'] == 'bad_data'
 
 
