@@ -31,12 +31,13 @@ class Recordings:
         :raises DataError: if a joint is not in a recording.
         """
         good, checks = [], []
-        for whole in logs:
+        for number, whole in enumerate(logs, 1):
             log = whole.select(robot.names)
             try:
                 clean = CleanSamples.of(log)
             except DataError as error:
-                own = [Check('samples', 'bad', '*', str(error))]
+                which = f'recording {number}: ' if len(logs) > 1 else ''
+                own = [Check('samples', 'bad', '*', f'{which}{error}')]
             else:
                 log = clean.log
                 own = [*check_log(clean), *check_joints(log, robot)]

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.bag_diagnosis import BagDiagnosis
 from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S
 from sosml_friction.diagnosis.extended_model.extension import extended_model
@@ -19,6 +18,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.export.common.holding import CONSTANTS
 from sosml_friction.export.common.motion import KnownMotion
 from sosml_friction.export.mjcf import MjcfTarget
+from sosml_friction.identification.clean_samples import CleanSamples
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.mujoco.engine import compiled
 from sosml_friction.mujoco.friction import Friction
@@ -51,7 +51,7 @@ def with_simulator(found: BagDiagnosis, mjcf: Path) -> BagDiagnosis:
         return found
     stretches: Sequence[Signals] = laboratory.signals
     if holdout is not None:
-        log = unwrapped(holdout.select(laboratory.robot.names))
+        log = CleanSamples.of(holdout.select(laboratory.robot.names)).log
         settings = replace(DiagnosisSettings(), band=diagnosis.band_hz)
         stretches = laboratory.seen_alike(
             prepare([log], nominal, laboratory.robot, settings, laboratory.signals[0].scales)

@@ -17,6 +17,7 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
 from sosml_friction.identification.even_stamps import EVEN, with_even_stamps
 from sosml_friction.identification.glitches import without_glitches
+from sosml_friction.identification.joint_relations import WINDOW_S
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
 
 #: Six windows of steady motion, the fewest a law is fitted to, take at least this long [s].
@@ -62,12 +63,13 @@ class CleanSamples:
         # A bag is unwrapped where it is read; a log may come from elsewhere.
         log, backward = _one_pass(unwrapped(log), findings)
         log, repeated_stamps = _without_repeats(log, findings)
-        log, told = with_new_values(log)
-        findings += [DataFinding(check, '*', LEFT_OUT, what) for check, what in told.items()]
+        # Before anything is interpolated beside a glitch, and where it was repeated.
+        log = _without_glitches(log, findings)
+        log, found = with_new_values(log)
+        findings += found
         log, incomplete = _whole_samples(log, findings)
         log = _without_repeated_samples(log, findings)
-        log, off = without_glitches(log)
-        findings += [DataFinding('glitch', name, LEFT_OUT, what) for name, what in off.items()]
+        log = _without_glitches(log, findings)
         steps = np.diff(log.time)
         if len(steps) == 0 or log.time[-1] < SHORTEST_S:
             raise DataError(
@@ -133,6 +135,9 @@ def _without_repeats(log: JointLog, findings: list[DataFinding]) -> tuple[JointL
         return log, 0
     number = np.cumsum(~again) - 1
     single = log.mapped(partial(_first_known, number=number), t_ns=log.t_ns[~again])
+    known, left = (int(np.isfinite(np.stack([x.q, x.tau])).sum()) for x in (log, single))
+    if known == left:
+        return single, 0
     other = int((np.isfinite(log.q) & (log.q != single.q[number])).any(axis=1).sum())
     what = f'{count} of {len(log)} samples repeat the stamp of the one before'
     if other > _MOST_REPEATED * len(log):
@@ -152,6 +157,13 @@ def _first_known(x: FloatArray, number: IndexArray) -> FloatArray:
         # Of several the last that is assigned stays.
         own[number[known]] = column[known]
     return result
+
+
+def _without_glitches(log: JointLog, findings: list[DataFinding]) -> JointLog:
+    """Return the log without samples of a position to which no motion goes."""
+    log, off = without_glitches(log)
+    findings += [DataFinding('glitch', name, LEFT_OUT, what) for name, what in off.items()]
+    return log
 
 
 def _without_repeated_samples(log: JointLog, findings: list[DataFinding]) -> JointLog:
@@ -188,6 +200,13 @@ def _whole_samples(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog
         raise DataError(
             f'no sample has the positions of all joints ({parts} of '
             f'{len(log)}): publish all joints in one message'
+        )
+    has_effort = np.asarray(np.isfinite(log.tau).any(axis=1))
+    if has_effort.any() and not has_effort[whole].any():
+        raise DataError(
+            f'no sample has both a position and an effort ({int(whole.sum())} and '
+            f'{int(has_effort.sum())} of {len(log)} have one): record both over the same time, '
+            f'efforts at {1.0 / WINDOW_S:.0f} Hz and more'
         )
     runs = np.split(whole, np.flatnonzero(np.diff(whole)) + 1)
     lacking = ', '.join(name for name, times in counts.items() if times < len(log))

@@ -52,7 +52,8 @@ def without_glitches(log: JointLog) -> tuple[JointLog, dict[str, str]]:
     for name, q, own in zip(log.names, log.q.T, bad.T, strict=True):
         if own.any():
             at = np.flatnonzero(own)
-            off = float(np.max(np.abs(q[at] - 0.5 * (q[at - 1] + q[at + 1]))))
+            others = np.flatnonzero(np.isfinite(q) & ~own)
+            off = float(np.max(np.abs(q[at] - np.interp(at, others, q[others]))))
             told[name] = (
                 f'the position of joint {name} is off by up to {off:.3g} in {len(at)} single '
                 f'samples, first in number {at[0]}: it would go there and back faster than it '

@@ -336,9 +336,7 @@ def _refusal(
             'effort, or of its position, in the driver or the mapping, unless something else '
             'moves the joint, as a hand does: then record it moved by its own motor'
         )
-    # The rotor behind a gear, which a model may lack, is many times its link.
-    rotor = robot.armature[i] > 0.0
-    if effort is not None and effort.tells and _is_unit(effort, rotor):
+    if effort is not None and effort.tells and _is_unit(effort, robot.armature[i] > 0.0):
         own = f'{_scale(effort.scale, effort.error)} times what the bodies of its URDF need'
         if np.isfinite(effort.gravity):
             own = (
@@ -372,16 +370,19 @@ def _drives(found: JointChecks) -> bool:
 
 def _is_unit(effort: EffortRelation, rotor: bool) -> bool:
     """
-    Tell whether gravity and inertia say that the effort is in another unit.
+    Tell whether gravity and inertia both say that the effort is in another unit.
 
-    Both of them, or the one that there is.
+    Where there is no gravity inertia does alone, if the rotor's is in it, and by more than a load
+    that the model lacks is.
 
-    :param rotor: whether the model has the rotor's inertia, so that inertia alone says so.
+    :param rotor: whether the model has one: behind a gear it is many times its link.
     """
     parts = np.array([effort.gravity, effort.inertia]) / effort.scale
     alike = bool((parts > 1.0 / _ALIKE).all() and (parts < _ALIKE).all())
-    alike |= rotor and not np.isfinite(parts).any()
-    far = not 1.0 / _OTHER_UNIT < effort.scale < _OTHER_UNIT
+    most = _OTHER_UNIT
+    if np.isnan(effort.gravity) and np.isfinite(effort.inertia):
+        alike, most = rotor, _OTHER_UNIT**2
+    far = not 1.0 / most < effort.scale < most
     return alike and far and effort.scale > 0.0 and effort.free < _FAR * effort.alone
 
 

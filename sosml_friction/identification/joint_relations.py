@@ -377,6 +377,8 @@ def effort_relation(
     theta, free, error = left(np.column_stack([whole_effort, friction]), tau)
     parts = [np.nan, np.nan]
     columns = [(k, x) for k, x in enumerate((gravity, inertial)) if np.ptp(x) > 1e-6 * size]
+    if len(columns) == 1:
+        parts[columns[0][0]] = float(theta[0])
     if len(columns) == 2:
         found = left(np.column_stack([*(x for _, x in columns), friction]), tau)[0]
         parts = [float(found[0]), float(found[1])]

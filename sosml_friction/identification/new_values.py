@@ -10,6 +10,8 @@ from scipy.interpolate import CubicSpline
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import HOLE, repeated_rows
+from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
+from sosml_friction.identification.joint_relations import WINDOW_S
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.kernels import runs
 
@@ -27,9 +29,6 @@ _UNEVEN = 0.1
 _SLOWEST = 20.0
 #: Columns of a log that say how often a joint is measured, in words.
 WORDS = {'q': 'position', 'tau': 'effort'}
-#: What a finding on held or on lacking values is called, by column.
-HELD = {what: f'held_{word}' for what, word in WORDS.items()}
-SPARSE = {what: f'sparse_{word}' for what, word in WORDS.items()}
 
 
 def new_values(x: FloatArray) -> IndexArray | None:
@@ -106,81 +105,109 @@ def _bridged(steps: FloatArray | IndexArray) -> BoolArray:
     return np.asarray(steps <= HOLE * np.median(steps))
 
 
-def with_new_values(log: JointLog) -> tuple[JointLog, dict[str, str]]:
+def with_new_values(log: JointLog) -> tuple[JointLog, list[DataFinding]]:
     """
-    Return the samples in which the slowest value is a new one, and what is told, by finding.
+    Return the samples in which the slowest value is a new one, and what was found.
 
     A drive may report a value at a lower rate than others, each joint in turn: between its values
     there is none (NaN), or an earlier one is repeated. A value that is repeated is on average half
     of its period old: an effort then reads as viscous friction, a position as jumps. So samples
-    without a new one of the slowest are left out: what happened in between is told as between any
+    between new ones of the slowest are left out: what happened there is told as between any
     samples. Other values are interpolated to these, efforts linearly and positions by a cubic
-    spline. A few values that lack at the rate of the recording are interpolated as well.
+    spline, and so are a few that lack at the rate of the recording. Where a column is not known
+    for longer it leaves out nothing of the others.
 
     :param log: a recording whose stamps rise.
     """
     new: dict[tuple[str, int], IndexArray] = {}
-    finding: dict[tuple[str, int], str] = {}
+    held: set[tuple[str, int]] = set()
     for what, found in (('q', new_positions), ('tau', new_values)):
         for i, x in enumerate(getattr(log, what).T):
-            for name, own in ((HELD, found(x)), (SPARSE, sparse_values(x))):
-                if own is not None and (what == 'q' or _rate(log, own) >= _SLOWEST):
-                    new[what, i], finding[what, i] = own, name[what]
-                    break
+            own, seldom = found(x), sparse_values(x)
+            if own is not None and (what == 'q' or _rate(log, own) >= _SLOWEST):
+                new[what, i] = own
+                held.add((what, i))
+            elif seldom is not None and _rate(log, seldom) * WINDOW_S >= 1.0:
+                new[what, i] = seldom
     if not new:
-        return log, {}
-    sparse = {
-        ('v', i): own for i, v in enumerate(log.v.T) if (own := sparse_values(v)) is not None
+        return log, []
+    columns = {what: getattr(log, what).copy() for what in ('q', 'v', 'tau')}
+    if log.temperature is not None:
+        columns['temperature'] = log.temperature.copy()
+    besides = {
+        (what, i): own
+        for what in columns.keys() - WORDS.keys()
+        for i, x in enumerate(columns[what].T)
+        if (own := sparse_values(x)) is not None
     }
-    columns = {what: getattr(log, what).copy() for what in (*WORDS, 'v')}
-    for (what, i), own in {**new, **sparse}.items():
+    for (what, i), own in {**new, **besides}.items():
         columns[what][:, i] = _interpolated(log.time, columns[what][:, i], own, what == 'q')
-    slowest = min(new, key=lambda key: _rate(log, new[key]))
-    rows = np.arange(len(log))
-    if np.median(np.diff(new[slowest])) > 1.0:
-        rows = new[slowest]
-    told = {name: _sentence(log, name, new, finding, len(rows)) for name in finding.values()}
-    return replace(log, **columns).rows(rows), told
+    kept, undecided = np.ones((2, len(log)), dtype=np.bool_)
+    for key in sorted(new, key=lambda key: _rate(log, new[key])):
+        own = new[key]
+        if np.median(np.diff(own)) > 1.0:
+            between = _between(own, len(log))
+            if key in held:
+                # What comes before the first new value, or after the last, is of any time.
+                between[: own[0]] = between[own[-1] + 1 :] = True
+            kept &= ~(undecided & between)
+            undecided &= ~between
+            undecided[own] = False
+    told = [_finding(log, keys, new, held, kept) for keys in _alike(new, held)]
+    return replace(log, **columns).rows(kept), told
+
+
+def _between(own: IndexArray, count: int) -> BoolArray:
+    """Return which of so many samples lie between two of ``own`` without a hole, (count,)."""
+    result = np.zeros(count, dtype=np.bool_)
+    result[own[0] : own[-1]] = True
+    result[own] = False
+    for k in np.flatnonzero(~_bridged(np.diff(own))).tolist():
+        result[own[k] : own[k + 1]] = False
+    return result
 
 
 def _interpolated(time: FloatArray, x: FloatArray, own: IndexArray, cubic: bool) -> FloatArray:
-    """Return ``x`` (N,) through its values in the samples ``own``, NaN in holes between them."""
+    """Return ``x`` (N,) through its values in the samples ``own``, as it is in holes."""
     if cubic:
         line = CubicSpline(time[own], x[own], extrapolate=False)(time)
     else:
-        line = np.interp(time, time[own], x[own], left=np.nan, right=np.nan)
-    line[own] = x[own]
-    hole = np.zeros(len(x), dtype=bool)
-    for k in np.flatnonzero(~_bridged(np.diff(own))).tolist():
-        hole[own[k] + 1 : own[k + 1]] = True
-    # What was not known in a hole stays so.
-    return np.where(hole & np.isnan(x), np.nan, line)
+        line = np.interp(time, time[own], x[own])
+    return np.where(_between(own, len(x)), line, x)
 
 
-def _sentence(
+def _alike(
+    new: dict[tuple[str, int], IndexArray], held: set[tuple[str, int]]
+) -> list[list[tuple[str, int]]]:
+    """Return the columns of which one thing is said: of one quantity, held or lacking."""
+    groups: dict[tuple[str, bool], list[tuple[str, int]]] = {}
+    for key in new:
+        groups.setdefault((key[0], key in held), []).append(key)
+    return list(groups.values())
+
+
+def _finding(
     log: JointLog,
-    name: str,
+    keys: list[tuple[str, int]],
     new: dict[tuple[str, int], IndexArray],
-    finding: dict[tuple[str, int], str],
-    kept: int,
-) -> str:
-    """Return what is said of the values of one finding."""
-    own = [key for key, told in finding.items() if told == name]
-    slowest = min(own, key=lambda key: _rate(log, new[key]))
+    held: set[tuple[str, int]],
+    kept: BoolArray,
+) -> DataFinding:
+    """Return what is said of the columns of one quantity."""
+    slowest = min(keys, key=lambda key: _rate(log, new[key]))
     word = WORDS[slowest[0]]
-    names = ', '.join(log.names[i] for _, i in own)
-    if np.median(np.diff(new[slowest])) == 1.0:
-        lacking = len(log) - min(len(new[key]) for key in own)
-        return (
-            f'up to {lacking} of {len(log)} samples lack the {word} of {names}: it is interpolated'
-        )
-    held = name in HELD.values()
-    how = 'repeated until the next one comes' if held else 'not in each sample'
-    return (
-        f'the {word} of {names} is {how}, of {log.names[slowest[1]]} at '
-        f'{_rate(log, new[slowest]):.3g} Hz: {len(log) - kept} of {len(log)} samples between are '
-        'left out'
-    )
+    names = ', '.join(log.names[i] for _, i in keys)
+    own = f'{log.names[slowest[1]]} at {_rate(log, new[slowest]):.3g} Hz'
+    left = f'{int(np.sum(~kept))} of {len(log)} samples between are left out'
+    if slowest in held:
+        what = f'the {word} of {names} is repeated until the next one comes, of {own}: {left}'
+        return DataFinding(f'held_{word}', '*', LEFT_OUT, what)
+    if np.median(np.diff(new[slowest])) > 1.0:
+        what = f'the {word} of {names} is not in each sample, of {own}: {left}'
+        return DataFinding(f'sparse_{word}', '*', LEFT_OUT, what)
+    lacking = sum(int(_between(new[key], len(log)).sum()) for key in keys)
+    what = f'{lacking} values lack of the {word} of {names} and are interpolated'
+    return DataFinding(f'sparse_{word}', '*', NOTE, what)
 
 
 def _rate(log: JointLog, rows: IndexArray) -> float:

@@ -92,8 +92,10 @@ class Robot:
 
     def carriers(self, joint: int) -> tuple[int, ...]:
         """Return the joints between the base and a joint, which carry it."""
-        on_its_way = list(self._model.supports[self._model.getJointId(self.names[joint])])[1:-1]
-        names = {self._model.names[k] for k in on_its_way}
+        names = set()
+        for k in list(self._model.supports[self._model.getJointId(self.names[joint])])[1:-1]:
+            name = self._model.names[k]
+            names.add(self.followers[name].leader if name in self.followers else name)
         return tuple(i for i, name in enumerate(self.names) if name in names)
 
     @property

@@ -70,6 +70,15 @@ def test_the_model_explains_the_data_of_the_joints_that_say_something():
     assert ' Of elbow nothing is known' in found.sentence
 
 
+def test_an_unknown_structure_of_one_joint_says_that_nothing_is_known_of_the_other():
+    log, model = motion(False)
+    tau = log.tau.copy()
+    tau[:, 0] += 0.5 * np.sin(2.0 * np.pi * 1.3 * log.time)
+    found = diagnose([unknown(replace(log, tau=tau), 1)], model, without=WITHOUT)
+    assert found.verdict == 'unknown_structure'
+    assert ' Of elbow nothing is known: see first what is said of the data.' in found.sentence
+
+
 def test_silent_rows_are_zero_and_count_for_nothing():
     log, model = motion(False)
     settings = DiagnosisSettings(band=15.0)

@@ -114,13 +114,21 @@ def test_cogging_of_a_motor_that_turns_once_is_no_turned_sign(data_directory):
         check_data(log, Robot(SHAFT.format(2.5e-4), ['motor'], [0.0]))
 
 
-@pytest.mark.parametrize(('rotor', 'refused'), [(0.2, True), (0.0, False)])
-def test_without_gravity_inertia_tells_another_unit_where_the_rotor_is_known(rotor, refused):
-    """A flywheel about a vertical axis, its current in mA taken for A: 1000 times as much."""
+@pytest.mark.parametrize(
+    ('rotor', 'times', 'refused'), [(0.2, 1e3, True), (0.0, 1e3, False), (0.2, 9.0, False)]
+)
+def test_without_gravity_inertia_tells_another_unit_where_the_rotor_is_known(
+    rotor, times, refused
+):
+    """
+    A flywheel about a vertical axis, its current in mA taken for A: 1000 times as much.
+
+    A load that the model lacks may be nine times what it has.
+    """
     t = 1e-3 * np.arange(20_000)
     q, v, a = 0.8 * np.sin(2.0 * t), 1.6 * np.cos(2.0 * t), -3.2 * np.sin(2.0 * t)
-    tau = 1e3 * ((0.06 + 0.2) * a + 0.3 * np.sign(v) + 0.2 * v)
-    tau += 20.0 * np.random.default_rng(0).standard_normal(len(t))
+    tau = times * ((0.06 + 0.2) * a + 0.3 * np.sign(v) + 0.2 * v)
+    tau += 0.02 * times * np.random.default_rng(0).standard_normal(len(t))
     log = JointLog(
         ('motor',), np.rint(1e9 * t).astype(np.int64), *(x[:, None] for x in (q, v, tau))
     )

@@ -78,7 +78,7 @@ def test_a_command_that_is_held_for_long_acts_as_it_is():
     """A random sequence of four levels at 10 Hz: an effort between its steps is no old one."""
     levels = np.random.default_rng(4).integers(0, 4, 100)
     log = log_of(np.repeat(levels, 50).astype(float))
-    assert with_new_values(log) == (log, {})
+    assert with_new_values(log) == (log, [])
 
 
 def test_what_is_not_known_of_an_effort_stays_unknown():
@@ -86,7 +86,9 @@ def test_what_is_not_known_of_an_effort_stays_unknown():
     slow, fast = held(50.0, effort(TIME))[0], held(125.0, effort(TIME))[0]
     fast[2000:3000] = np.nan
     kept, told = with_new_values(log_of(slow, fast))
-    assert 'of a at 50 Hz' in told['held_effort']
+    (said,) = told
+    assert said.check == 'held_effort'
+    assert 'of a at 50 Hz' in said.sentence
     time = 1e-9 * kept.t_ns
     unknown = (time > TIME[2000]) & (time < TIME[2999])
     assert np.isnan(kept.tau[unknown, 1]).all()
@@ -127,8 +129,8 @@ def test_of_repeated_positions_and_efforts_the_slowest_tells_the_samples():
     q, first = held(50.0, position(TIME))
     log = replace(log_of(held(125.0, effort(TIME))[0]), q=q[:, None])
     kept, told = with_new_values(log)
-    assert list(told) == ['held_position', 'held_effort']
-    assert 'of a at 50 Hz: 4' in told['held_position']
+    assert [each.check for each in told] == ['held_position', 'held_effort']
+    assert 'of a at 50 Hz: 4' in told[0].sentence
     time = 1e-9 * kept.t_ns
     assert np.mean(np.isin(np.rint(time / 2e-3), first)) > 0.99
     line = np.interp(time, TIME[::4], effort(TIME)[::4])

@@ -247,6 +247,7 @@ def test_a_mimic_joint_follows_its_leader_with_its_body(make_serial_arm):
     whole = Robot(urdf, ['j1', 'j2', 'j3', 'j4'], [0.01, 0.01, 0.0, 0.01])
     robot = reduced(with_mimic(urdf), ['j4', 'j1', 'j2'])
     assert robot.remarks == ()
+    assert [robot.carriers(i) for i in range(3)] == [(1, 2), (), (1,)]
     G = np.array([[0, 1, 0], [0, 0, 1], [0, -2.0, 0], [1, 0, 0]])
     h = np.array([0.0, 0.0, 0.4, 0.0])
     for q, v, a in np.random.default_rng(4).normal(size=(20, 3, 3)):

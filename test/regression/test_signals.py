@@ -41,6 +41,9 @@ def test_the_bodies_of_the_residual_have_the_acceleration_as_it_is_measured(
     a = first_derivative(v, STEP)
     assert bool(robot.followers) == follows
     assert np.std(s.shaken) > 0.0
+    # What may be noise in the acceleration is less than all that is none of the motion.
+    assert 0.0 < np.std(s.doubted) < np.std(s.shaken)
+    np.testing.assert_array_equal(s.sure_torque, s.torque - s.doubted)
     for k in range(100, len(q) - 100, 400):
         needed = robot.inverse_dynamics(smooth[k], v[k], a[k])
         expected = (s.tau - s.unexplained - s.friction)[k]

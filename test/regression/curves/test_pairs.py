@@ -74,6 +74,8 @@ def test_what_is_noise_is_no_quantity(signals):
     """A load of noise, a joint that moves in proportion, and one that stands."""
     shaken = replace(signals, shaken=np.random.default_rng(0).normal(0.0, 9.0, signals.q.shape))
     assert LOAD not in {name for pair in Pairs([shaken]).axes(0) for name in pair}
+    doubted = replace(signals, doubted=signals.torque)
+    assert LOAD not in {name for pair in Pairs([doubted]).axes(0) for name in pair}
     follows = replace(signals, v=signals.v[:, [0, 0]] * [1.0, 0.5])
     assert NEIGHBOURS[1] not in {name for pair in Pairs([follows]).axes(0) for name in pair}
     still = replace(signals, q=signals.q * [1.0, 0.0], v=signals.v * [1.0, 0.0])
