@@ -116,6 +116,23 @@ class VelocitySmoother:
         A joint whose torque says too little of its motion to make its velocity surer keeps the one
         to begin with; its variance is NaN.
         """
+        with np.errstate(over='ignore', invalid='ignore'):
+            self._settle()
+        for i, noise in enumerate(self.noise):
+            # Two estimates of no bias differ by the errors of both: what is left is the first's.
+            sure = self._counted[:, i] if self._counted[:, i].any() else ~self.free[:, i]
+            error, apart = np.inf, 0.0
+            if sure.any():
+                error = float(np.mean(self.variance[sure, i]))
+                apart = float(np.mean(np.square(self.v[sure, i] - self._first[sure, i])))
+            # A torque that is known far too seldom for its motion makes the filter run away.
+            away = np.isfinite(self._first[:, i]) & ~np.isfinite(self.v[:, i])
+            if away.any() or not error < max(noise.velocity**2, apart - error):
+                self.v[:, i], self.variance[:, i] = self._first[:, i], np.nan
+        return self.v, self.variance
+
+    def _settle(self) -> None:
+        """Smooth the velocities with friction linearised about those of the pass before."""
         for number in range(_PASSES):
             problem = self._linearised()
             if number == 2:
@@ -129,16 +146,6 @@ class VelocitySmoother:
                 # Of nearly exact positions rounding leaves none: no less sure than to begin with.
                 known = np.where(variance[own] > 0.0, variance[own], self._before)
                 self.v[kept], self.variance[kept] = v[own], known
-        for i, noise in enumerate(self.noise):
-            # Two estimates of no bias differ by the errors of both: what is left is the first's.
-            sure = self._counted[:, i] if self._counted[:, i].any() else ~self.free[:, i]
-            error, apart = np.inf, 0.0
-            if sure.any():
-                error = float(np.mean(self.variance[sure, i]))
-                apart = float(np.mean(np.square(self.v[sure, i] - self._first[sure, i])))
-            if not error < max(noise.velocity**2, apart - error):
-                self.v[:, i], self.variance[:, i] = self._first[:, i], np.nan
-        return self.v, self.variance
 
     def _parts(self) -> Iterator[tuple[slice, IndexArray]]:
         """Yield pieces of bounded length, and which samples of each are kept."""
