@@ -63,7 +63,8 @@ _FAR = 1.0 / 3.0
 _SIGNED = 0.75
 #: Masses of a URDF, a payload that it lacks included, are off by less than ``HEAVIER`` as a rule,
 #: and by less than this always. Chosen, no measurement: A for Nm is 8 to 12 for a UR10e, V for N
-#: 35 for the EMPS axis.
+#: 35 for the EMPS axis. Where inertia alone says so it is the square: a load that is not in the
+#: URDF is many times a rotor, and mA for A is 1000.
 _OTHER_UNIT = 6.0
 #: Scales of gravity and of inertia differ by less than this factor if both are one of the effort.
 _ALIKE = 2.0

@@ -86,7 +86,7 @@ def new_positions(q: FloatArray) -> IndexArray | None:
     return new
 
 
-def sparse_values(x: FloatArray) -> IndexArray | None:
+def _sparse_values(x: FloatArray) -> IndexArray | None:
     """
     Return the samples whose value is known, if some between them are not; None if none is.
 
@@ -123,7 +123,7 @@ def with_new_values(log: JointLog) -> tuple[JointLog, list[DataFinding]]:
     held: set[tuple[str, int]] = set()
     for what, found in (('q', new_positions), ('tau', new_values)):
         for i, x in enumerate(getattr(log, what).T):
-            own, seldom = found(x), sparse_values(x)
+            own, seldom = found(x), _sparse_values(x)
             if own is not None and (what == 'q' or _rate(log, own) >= _SLOWEST):
                 new[what, i] = own
                 held.add((what, i))
@@ -138,7 +138,7 @@ def with_new_values(log: JointLog) -> tuple[JointLog, list[DataFinding]]:
         (what, i): own
         for what in columns.keys() - WORDS.keys()
         for i, x in enumerate(columns[what].T)
-        if (own := sparse_values(x)) is not None
+        if (own := _sparse_values(x)) is not None
     }
     for (what, i), own in {**new, **besides}.items():
         columns[what][:, i] = _interpolated(log.time, columns[what][:, i], own, what == 'q')

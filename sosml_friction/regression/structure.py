@@ -14,12 +14,6 @@ from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.knots import knots_of, padded_hats
 from sosml_friction.regression.signals import Signals
 
-
-def velocity_noise(signals: Signals) -> FloatArray | float:
-    """Return the standard deviation of what the noise of position is in velocity, (n,)."""
-    return signals.jitter
-
-
 #: Hats of a free curve: it bends within an eighth of an axis, as in the study of 127 recordings
 #: that the prior of its size is from.
 HATS = 9
@@ -34,7 +28,7 @@ _AXES: tuple[Callable[[Recording], FloatArray], ...] = (
 #: acceleration has most of it. At a constant speed it is all by which velocity differs, and
 #: friction that changes with speed seems to follow it.
 _NOISE: tuple[Callable[[Signals], FloatArray | float] | None, ...] = (
-    velocity_noise,
+    lambda s: s.jitter,
     None,
     lambda s: s.rough,
     lambda s: s.shaken,

@@ -13,7 +13,7 @@ from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.knots import APART, knots_of, padded_hats
 from sosml_friction.regression.signals import Signals
-from sosml_friction.regression.structure import HATS, spread, velocity_noise
+from sosml_friction.regression.structure import HATS, spread
 
 
 class Elsewhere(Curve):
@@ -31,7 +31,7 @@ class Elsewhere(Curve):
         times = np.concatenate([s.time for s in stretches])
         self._times = np.linspace(times.min(), times.max(), HATS)
         self._positions = knots_of(stretches, lambda s: s.q, HATS)
-        noise = spread(stretches, velocity_noise)
+        noise = spread(stretches, lambda s: s.jitter)
         self._speeds = knots_of(stretches, lambda s: s.v, HATS, noise)
         self._apart = apart(stretches)
 
@@ -58,4 +58,4 @@ def apart(stretches: Sequence[Signals]) -> BoolArray:
     square = v.T @ v
     own = np.maximum(np.diag(square)[:, None], 1e-300)
     left = np.sqrt(np.maximum(np.diag(square) - square**2 / own, 0.0) / len(v))
-    return np.asarray(left > APART * spread(stretches, velocity_noise))
+    return np.asarray(left > APART * spread(stretches, lambda s: s.jitter))
