@@ -20,6 +20,7 @@ TYPICAL = {
     'gravity_tilt': (0.06, 0.06), 'inertia': (0.05, 0.012), 'payload': (0.25, 0.25),
     'joint_coupling': (0.08, 0.08), 'spring': (0.4, 0.15), 'external_contact': (1.5, 0.6),
     'encoder_eccentricity': (4e-3, 4e-3), 'thermal_drift': (0.35, 0.35),
+    'hysteresis': (0.12, 0.03),
 }  # fmt: skip
 #: What no name of the catalogue is right for, typical sizes.
 OUTSIDE = {
@@ -81,6 +82,8 @@ def hide(
         joint['cogging_cycles'][i] = rng.uniform(12.0, 100.0)
     elif effect == 'presliding_hysteresis':
         joint['slip'][i] = bp.SLIP + size
+    elif effect == 'hysteresis':
+        joint['hose'][i], joint['hose_slip'][i] = size, rng.uniform(0.1, 0.25)
     elif effect == 'joint_elasticity':
         plant.two_mass = True
         size = typical(effect, i) / scale

@@ -38,7 +38,7 @@ FIELDS = (
     'asymmetry', 'asymmetry_viscous', 'load', 'position', 'position_phase', 'position_cycles',
     'cogging', 'cogging_phase', 'cogging_cycles', 'slip', 'warm_viscous', 'warm_coulomb',
     'warm_time', 'spring', 'spring_zero', 'armature', 'stiffness', 'gap', 'power', 'power_gain',
-    'quadratic', 'wire', 'wire_zero', 'wire_width', 'cross', 'cross_phase',
+    'quadratic', 'wire', 'wire_zero', 'wire_width', 'cross', 'cross_phase', 'hose', 'hose_slip',
 )  # fmt: skip
 
 
@@ -74,7 +74,7 @@ class Plant:
             'coulomb': COULOMB, 'viscous': VISCOUS, 'stribeck_velocity': 0.1,
             'stribeck_exponent': 1.0, 'slip': SLIP, 'warm_time': 60.0, 'armature': ARMATURE,
             'stiffness': 3e4, 'position_cycles': 1.0, 'cogging_cycles': 20.0, 'power': 0.5,
-            'wire_width': 1.0,
+            'wire_width': 1.0, 'hose_slip': 1.0,
         }  # fmt: skip
         for name in FIELDS:
             value = np.broadcast_to(np.asarray(start.get(name, 0.0), dtype=float), (2,)).copy()
@@ -148,7 +148,7 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
     h = PERIOD / SUBSTEPS
     share = np.array([0.4, 0.3, 0.2, 0.1])
     width = np.array([0.5, 1.0, 1.6, 2.5])
-    z = np.zeros((2, 4))
+    z, bent = np.zeros((2, 4)), np.zeros((2, 4))
     qm, vm = reference[0].copy(), np.zeros(2)
     ql, vl = reference[0].copy(), np.zeros(2)
     if two_mass:
@@ -211,6 +211,11 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
                     + p[25] * vm[i] * speed_abs
                 )
                 friction[i] += p[11] * np.cos(p[13] * qm[i] + p[12])
+                # A hose that bends and slips, element by element.
+                for j in range(4):
+                    w = width[j] * p[32]
+                    bent[i, j] = min(max(bent[i, j] + dx, -w), w)
+                    friction[i] += p[31] * share[j] * bent[i, j] / w
             if two_mass:
                 for i in range(2):
                     p = par[i]

@@ -61,6 +61,7 @@ def true_values(trial: Trial) -> dict[str, float]:
             'sine': -p['cogging'] * np.sin(p['cogging_phase']),
             'frequency': p['cogging_cycles'],
         },
+        'hysteresis': {'level': p['hose']},
         'joint_elasticity': {'stiffness': p['stiffness']},
         'backlash': {'gap': p['gap']},
         'effort_scale': {'error': float(hidden.scale[i]) - 1.0},

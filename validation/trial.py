@@ -45,7 +45,7 @@ LEAST = {
     'backlash': (0.25, 0.25), 'effort_scale': (0.5, 0.5), 'effort_saturation': (0.33, 0.33),
     'effort_bias': (0.14, 0.33), 'effort_delay': (0.125, 0.125), 'gravity': (0.6, 0.6),
     'gravity_tilt': (0.3, 0.3), 'inertia': (0.4, 0.4), 'payload': (0.4, 0.4),
-    'joint_coupling': (0.25, 0.25), 'spring': (0.125, 0.33),
+    'joint_coupling': (0.25, 0.25), 'spring': (0.125, 0.33), 'hysteresis': (0.3, 0.3),
 }  # fmt: skip
 #: Range in which the SNR of each bin is drawn; a trial reports the SNR that resulted.
 BINS = {'high': (0.63, np.inf), 'middle': (0.37, 0.58), 'low': (0.12, 0.33)}

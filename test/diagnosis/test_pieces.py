@@ -53,6 +53,7 @@ DESIGN = [
     'position_dependent_friction',
     'cogging',
     'presliding_hysteresis',
+    'hysteresis',
     'thermal_drift',
     'backlash',
     'joint_elasticity',

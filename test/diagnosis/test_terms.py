@@ -37,6 +37,7 @@ SIZES = {
     'position_dependent_friction': ([0.15, 0.1], {'frequency': 2.0}),
     'cogging': ([0.1, 0.06], {'frequency': 20.0}),
     'presliding_hysteresis': ([0.8], {'displacement': 0.03}),
+    'hysteresis': ([0.2], {'displacement': 0.3}),
     'joint_elasticity': ([1.0], {'stiffness': 2000.0}),
     'backlash': ([1.0], {'gap': 4e-3, 'stiffness': 3000.0}),
     'effort_scale': ([0.08], {}),

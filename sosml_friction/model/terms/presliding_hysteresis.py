@@ -8,9 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.model.dahl import dahl_path, dahl_step
 from sosml_friction.model.parameter import Z_95
-from sosml_friction.model.terms.kinds.effort_term import EffortTerm
+from sosml_friction.model.terms.kinds.dahl_term import DahlTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
@@ -21,7 +20,7 @@ from sosml_friction.model.terms.kinds.term import Inner
 _LEAST, _MOST = 0.4, 2.0
 
 
-class PreslidingHysteresis(EffortTerm):
+class PreslidingHysteresis(DahlTerm):
     """
     Add F (z(x_s) - s): friction of level F follows the displacement over x_s, not the sign.
 
@@ -29,13 +28,9 @@ class PreslidingHysteresis(EffortTerm):
     """
 
     identifier: ClassVar[str] = 'presliding_hysteresis'
-    amplitudes: ClassVar[Mapping[str, str]] = {'level': '{effort}'}
-    inner: ClassVar[Mapping[str, str]] = {'displacement': '{length}'}
-    refined: ClassVar[tuple[str, ...]] = ('displacement',)
     size_known: ClassVar[bool] = False
     at_reversals: ClassVar[bool] = True
     reversals_alone: ClassVar[bool] = True
-    axis: ClassVar[str] = 'displacement'
     free_axis: ClassVar[str] = 'speed'
 
     def effort(
@@ -43,14 +38,6 @@ class PreslidingHysteresis(EffortTerm):
     ) -> tuple[FloatArray, ...]:
         """Return z - s."""
         return (state[:, 0] - motion.sign[:, joint],)
-
-    def path_state(self, path: FloatArray, inner: Inner) -> FloatArray:
-        """Return z, (N, 1)."""
-        return dahl_path(path, float(inner['displacement']))[:, None]
-
-    def next_state(self, state: FloatArray, dq: FloatArray, inner: Inner) -> FloatArray:
-        """Return z after a displacement."""
-        return dahl_step(state, dq[:, None], inner['displacement'])
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""

@@ -79,7 +79,7 @@ EFFORTS = {
     'viscous_asymmetry': ({}, lambda t, q, v, s, load, warm: (abs(v),)),
 }
 #: Terms whose effort depends on a state of their own.
-WITH_A_STATE = {'maxwell_slip', 'presliding_hysteresis'}
+WITH_A_STATE = {'hysteresis', 'maxwell_slip', 'presliding_hysteresis'}
 #: What joint 1 reports beyond its torque, of the torques of joints 0 and 1.
 EXCESSES = {
     'effort_bias': ({}, lambda other, own: (1.0,)),
@@ -145,6 +145,9 @@ def test_dahls_state_is_an_exponential_of_the_displacement_beside_the_sign():
     motion = motion_of_joint_1()
     (effort,) = term.effort(motion, 1, inner, np.concatenate(found))
     np.testing.assert_allclose(effort, z - motion.sign[:, 1], rtol=1e-12)
+    # The same without the sign: what comes beside the friction of the nominal model.
+    (effort,) = TERMS['hysteresis']().effort(motion, 1, inner, term.path_state(PATH, inner))
+    np.testing.assert_allclose(effort, z, rtol=1e-12)
 
 
 def test_maxwells_springs_stretch_until_their_blocks_slide_beside_the_sign():
@@ -213,6 +216,7 @@ POSSIBLE = (
     ('effort_saturation', (0.99,), {'reference': 2.0}, {}),
     ('effort_scale', (0.49,), {}, {}),
     ('effort_scale', (-0.49,), {}, {}),
+    ('hysteresis', (0.01,), {'displacement': 0.5}, {}),
     ('inertia', (-0.13,), {}, {}),
     ('joint_coupling', (-0.49,), {'source': 0.0}, {}),
     ('load_dependent_friction', (0.01,), {}, {}),
@@ -240,6 +244,7 @@ IMPOSSIBLE = (
     ('effort_saturation', (1.0,), {'reference': 2.0}, {}, 'by less than half'),
     ('effort_scale', (-0.51,), {}, {}, 'wrong by more than half'),
     ('effort_scale', (0.51,), {}, {}, 'wrong by more than half'),
+    ('hysteresis', (0.0,), {'displacement': 0.5}, {}, 'give energy back'),
     ('inertia', (-0.15,), {}, {}, 'hardly any inertia'),
     ('joint_coupling', (-0.51,), {'source': 0.0}, {}, 'pass over'),
     ('load_dependent_friction', (0.0,), {}, {}, 'between nothing and half'),

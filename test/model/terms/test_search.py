@@ -130,6 +130,17 @@ def test_friction_that_builds_up_does_so_over_more_than_the_sign():
     assert (found[1:] / found[:-1]).max() < 1.7
 
 
+def test_a_hysteresis_begins_where_presliding_ends_and_turns_around_within_the_range():
+    found = values('hysteresis', 'displacement', span=2.0)
+    assert found[[0, -1]] == pytest.approx([0.02, 1.0])
+    assert found[0] == values('presliding_hysteresis', 'displacement')[-1]
+    assert (found[1:] / found[:-1]).max() < 1.7
+    term = TERMS['hysteresis']()
+    assert term.inner_bounds(recording(span=2.0), 0)['displacement'] == pytest.approx((0.02, 1.0))
+    # A joint that moves by less than 40 displacements of its sign is not asked.
+    assert [term.applies(recording(span=x), 0) for x in (0.039, 0.041)] == [False, True]
+
+
 def test_slip_of_several_blocks_is_tried_by_factors_of_two():
     found = values('maxwell_slip', 'displacement')
     low, high = TERMS['maxwell_slip']().inner_bounds(recording(), 0)['displacement']
