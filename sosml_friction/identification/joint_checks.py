@@ -63,9 +63,11 @@ _FAR = 1.0 / 3.0
 _SIGNED = 0.75
 #: Masses of a URDF, a payload that it lacks included, are off by less than ``HEAVIER`` as a rule,
 #: and by less than this always. Chosen, no measurement: A for Nm is 8 to 12 for a UR10e, V for N
-#: 35 for the EMPS axis. Where inertia alone says so it is the square: a load that is not in the
-#: URDF is many times a rotor, and mA for A is 1000.
+#: 35 for the EMPS axis. Where inertia alone says so it is the square, as a load that is not in the
+#: URDF is many times a rotor, and where a limit does, which is often a guess; mA for A is 1000.
 _OTHER_UNIT = 6.0
+#: Share of the samples of an effort that its limit is compared with.
+_USUAL = 0.99
 #: Scales of gravity and of inertia differ by less than this factor if both are one of the effort.
 _ALIKE = 2.0
 #: Separate motions in each direction that a turned sign must be seen in.
@@ -348,6 +350,13 @@ def _refusal(
         return 'effort_unit', (
             f'the effort of joint {name} is {own}: it is not in {unit}; give its scale (a torque '
             'constant for A) in the mapping, or correct the masses'
+        )
+    usual = float(np.quantile(np.abs(known), _USUAL)) if len(known) else 0.0
+    if 0.0 < _OTHER_UNIT**2 * limit.effort < usual and not fits:
+        return 'effort_unit', (
+            f'the effort of joint {name} is up to {usual:.4g} where its URDF allows '
+            f'{limit.effort:.4g} {unit}: it is not in {unit}; give its scale (a torque constant '
+            'for A) in the mapping, or correct the URDF'
         )
     return None
 

@@ -441,6 +441,22 @@ def test_an_effort_in_another_unit_is_told_by_gravity_and_inertia(swing, robot, 
         check_data(in_unit(swing, tau=factor), robot)
 
 
+@pytest.mark.parametrize(('limit', 'refused'), [(250.0, True), (1200.0, False), (0.0, False)])
+def test_an_effort_far_beyond_its_limit_is_in_another_unit(limit, refused):
+    """A joint of friction alone, 40 Nm that are read as 40 000; a limit of 0 is none."""
+    t = np.arange(0.0, 30.0, PERIOD)
+    q, v, _ = sines(t, [(0.9, 0.8), (0.3, 2.1)])
+    tau = 1e3 * (38.0 * np.sign(v) + 2.0 * v)
+    robot = copy(pendulum_model(1e-3, 0.1, armature=0.0).make_robot())
+    robot.limits = (type(robot.limits[0])(-np.inf, np.inf, 0.0, limit),)
+    log = recording(robot.names, t, q, tau)
+    if not refused:
+        assert 'allows' not in ' '.join(check_data(log, robot)[1].sentences)
+        return
+    with pytest.raises(DataError, match='where its URDF allows 250 Nm: it is not in Nm'):
+        check_data(log, robot)
+
+
 @pytest.mark.parametrize(('gear', 'said'), [(2.0, 'before a gear of 2'), (0.5, 'behind a gear')])
 def test_a_gear_of_2_is_told_by_the_shape_of_gravity(gear, said):
     t = np.arange(0.0, 30.0, PERIOD)

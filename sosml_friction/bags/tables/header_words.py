@@ -38,7 +38,7 @@ _NO_UNITS = _WORDS.keys() - _WEAK | {'in'}
 _COMMANDS = frozenset((
     'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
     'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'action', 'actions',
-    'planned',
+    'planned', 'referenz', 'vorgabe',
 ))  # fmt: skip
 #: Of what is no joint: neither is a measurement of one.
 _WISHES = _COMMANDS | frozenset((
@@ -51,7 +51,7 @@ _SHORT = frozenset(('sp', 'd'))
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
     'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
-    'filtered', 'filt', 'control', 'ist', 'istwert', 'msr', 'hat', 'mot',
+    'filtered', 'filt', 'control', 'ist', 'istwert', 'msr', 'hat', 'mot', 'gelenk',
 ))  # fmt: skip
 #: Of a part of an effort that a model tells, as tau_g, or an observer: nobody measured it.
 _COMPUTED = frozenset((
@@ -67,6 +67,8 @@ _JOINED = (
     (re.compile(r'(?i)\b(q|theta|phi)[ _]?dot'), 'qd'),
     (re.compile(r'(?i)\b(q|theta|phi)[ _]?ddot'), 'qdd'),
 )
+#: What German puts before a quantity without a blank: Sollwinkel, Motorstrom.
+_PREFIX = re.compile(r'(?i)(soll|ist|motor|gelenk)(?=.)')
 #: Where a word begins in ActPos, in QMsr and in J1Pos.
 _OF_CAMELS = re.compile(r'(?<=[a-z])(?=[A-Z])|(?<=[A-Z0-9])(?=[A-Z][a-z])')
 #: A bracket with the number of a column, or of a motor: [3], [ID:001], (J1).
@@ -171,6 +173,7 @@ def _parts(name: str, wishes: frozenset[str]) -> list[str]:
         for word in words
         for part in ([word] if word.lower() in SPELLINGS else _OF_CAMELS.split(word))
     ]
+    words = [part for word in words for part in _compound(word)]
     parts: list[str] = []
     for word in words:
         # "q1" is q of joint 1; "joint1" has the number alone.
@@ -178,6 +181,13 @@ def _parts(name: str, wishes: frozenset[str]) -> list[str]:
         known = split is not None and split[1].lower() in {*_WORDS, *_FILLERS, *wishes}
         parts += [split[1], split[2]] if split is not None and known else [word]
     return parts
+
+
+def _compound(word: str) -> list[str]:
+    """Return the two parts of Sollwinkel, or a word as it is."""
+    prefix = _PREFIX.match(word)
+    parts = [word[: prefix.end()], word[prefix.end() :]] if prefix else [word]
+    return parts if parts[-1].lower() in _WORDS else [word]
 
 
 def _without_joint(words: list[str], ends: Sequence[list[str]]) -> list[str]:
@@ -216,10 +226,14 @@ def read_header(
     is_word = frozenset(found)
     quantity = _WORDS[found[-1]] if found else ''
     said = None if bracket is None else plain_unit(bracket[1])
+    # The unit of cur_mA[0], a column of a table, stands before its number.
+    number = _NUMBER.search(name)
+    behind = 0 if number is None or number.end() < len(name) else len(_parts(number[0], wishes))
+    before = others[: len(others) - behind]
     if found and len(found[-1]) == 1 and said in SPELLINGS - set(WRITTEN.get(quantity, ())):
         # A letter may be anything, and its unit says what: t [s] and T [K], q [rad] and q [A].
         found, quantity = [], ''
-    written = _written_unit(said, others, quantity, found)
+    written = _written_unit(said, before, quantity, found)
     by_word = _BY_WORD.get(found[-1], '') if found else ''
     if not quantity and said is not None:
         quantity = next((q for q, units in WRITTEN.items() if said in units), '')

@@ -586,6 +586,14 @@ def test_two_positions_that_are_nearly_the_same_are_told(tmp_path):
     assert 'q_m and q_r are nearly the same' in ' '.join(guess_mapping(data).remarks)
 
 
+def test_what_moves_as_a_joint_and_has_no_velocity_beside_it_is_its_reference(tmp_path):
+    t, q, v, tau = joint(4)
+    columns = {'t': t, 'pos_a': q, 'pos_ahead': q + 0.01 * v, 'vel_a': v, 'current': tau}
+    guess = guess_mapping(save(tmp_path, columns.values(), list(columns)))
+    assert roles(guess) == {'a': {'position': 'pos_a', 'velocity': 'vel_a', 'effort': 'current'}}
+    assert 'pos_ahead is nearly pos_a and has no velocity and no effort' in ' '.join(guess.remarks)
+
+
 def test_an_encoder_of_the_motor_beside_that_of_the_joint_is_told(tmp_path):
     t, q, _, tau = joint(4)
     names = ['t', 'motor_position [rad]', 'output_position [rad]', 'output_torque [Nm]']
@@ -671,6 +679,15 @@ def test_noise_is_no_robot(tmp_path):
         ('j3_mm', 'position', 'mm', 'j3', False),
         ('duty_percent', '', '', 'duty_percent', False),
         ('qfrc_actuator[0]', 'effort', '', 'actuator_0', False),
+        ('cur_mA[0]', 'effort', 'mA', '0', False),
+        ('log.q_deg[12]', 'position', 'deg', 'log_12', False),
+        # The number of a motor, which m stands for, is in no bracket.
+        ('theta_m1', 'position', '', 'm1', False),
+        ('Sollwinkel [deg]', 'position', 'deg', '', True),
+        ('Istposition', 'position', '', '', False),
+        ('Motorstrom [mA]', 'effort', 'mA', '', False),
+        ('Referenz [deg]', 'position', 'deg', '', True),
+        ('distance', '', '', 'distance', False),
     ],
 )
 def test_names_say_quantity_unit_and_joint(name, quantity, unit, joint, is_wish):
