@@ -10,13 +10,16 @@ import numpy as np
 
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.one_power import OnePower
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.trust import scale_tolerance
 from sosml_friction.identification.term_parameters import term_parameters
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Term
+from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous
 from sosml_friction.regression.estimate import Estimate, estimate, with_amplitudes
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -80,7 +83,7 @@ def _causes(
             joint,
             parameters,
             _evidence(finding),
-            _rivals(laboratory, finding, fit),
+            (*_rivals(laboratory, finding, fit), *_power(laboratory, selection, finding)),
             term,
             # Whatever else explains it as well: what is expected is more likely than any cause.
             finding.effect.tolerated(fit, scale_tolerance(laboratory)),
@@ -125,3 +128,15 @@ def _rivals(laboratory: WhitenedRegression, finding: Finding, fit: Fitted) -> tu
     # Beside the others a part of it may be 0 that was not in the round that chose it.
     rivals += filter(None, [finding.effect.nested(fit)])
     return tuple(dict.fromkeys(rivals))
+
+
+def _power(
+    laboratory: WhitenedRegression, selection: Selection, finding: Finding
+) -> tuple[str, ...]:
+    """Return that a drag by one power of speed is as likely as a lone curve of it."""
+    if not (finding.effect.one_power and finding.effect.refined):
+        return ()
+    power = OnePower.of(laboratory, selection.accepted, finding.joint)
+    if power is None or len(power.causes) > 1 or power.gain < power.floor - VERY_STRONG:
+        return ()
+    return (NonlinearViscous.identifier,)

@@ -24,6 +24,7 @@ from sosml_friction.diagnosis.decision.leftover import (
     curve_floor,
     share_beside,
 )
+from sosml_friction.diagnosis.decision.one_power import OnePower
 from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
 from sosml_friction.diagnosis.decision.slow_noise import noise_where
@@ -34,7 +35,6 @@ from sosml_friction.model.terms.effort_scale import EffortScale
 from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.curves.axes import NEIGHBOURS, POSITION, SPEED, TIME
 from sosml_friction.regression.curves.elsewhere import Elsewhere
-from sosml_friction.regression.curves.speed_power import SpeedPower
 from sosml_friction.regression.evidence import CandidateColumns, Fit, System
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.noise_model import ORDER
@@ -276,24 +276,19 @@ def _ripples(
 
 
 def _instead(laboratory: WhitenedRegression, accepted: Sequence[Finding]) -> list[Leftover]:
-    """Return where one power of speed explains more than the causes by speed of a joint."""
+    """
+    Return where one power of speed explains more than the causes by speed of a joint.
+
+    In the place of a friction that is off, Coulomb and viscous, which come together, it has to be
+    surer than they are; in that of three causes or more it need only be no worse than a rival.
+    """
     result = []
-    power = SpeedPower()
-    price = float(np.log(laboratory.y.shape[0]))
     for i in range(laboratory.robot.n):
-        mine = [f for f in accepted if f.joint == i and f.effect.one_power]
-        if not mine:
+        power = OnePower.of(laboratory, accepted, i)
+        if power is None:
             continue
-        # By place and not by equality: arrays have no one truth value.
-        others = [f.columns for f in accepted if all(f is not own for own in mine)]
-        fit = Fit.make(laboratory.system.extended(others), laboratory.y)
-        whole = Fit.make(fit.system.extended([f.columns for f in mine]), laboratory.y)
-        named = fit.baseline.cost - whole.baseline.cost
-        k = sum(1 + len(f.effect.refined) for f in mine)
-        grid = power.grid(laboratory.signals[0], i)
-        best = max(fit.score(laboratory.single(power, i, inner)).gain for inner in grid)
-        more = VERY_STRONG if len(mine) > 1 else max(VERY_STRONG, _MORE_SHARE * named)
-        floor = named + (2 - k) * price + more
-        if best > floor:
-            result.append(Leftover(SPEED, i, best, floor, 1.0, 0.0, instead=True))
+        more = {1: max(VERY_STRONG, _MORE_SHARE * power.named), 2: VERY_STRONG}
+        floor = power.floor + more.get(len(power.causes), -VERY_STRONG)
+        if power.gain > floor:
+            result.append(Leftover(SPEED, i, power.gain, floor, 1.0, 0.0, instead=True))
     return result

@@ -19,8 +19,9 @@ _SHORTEST = 20.0
 #: The largest x_s as a share of the range: over twice as much z is within exp(-2) of slipping, and
 #: over less of it a spring that slips is hardly more than a spring.
 _LONGEST = 0.5
-#: Between two x_s that are tried, as of presliding friction.
-_RATIO = 1.6
+#: x_s that are tried: more than a small grid has (band_rows.SMALL_GRID), all of which are taken
+#: for no noise together. Of so many loops some sum explains any rest; one alone does not.
+_POINTS = 20
 
 
 class Hysteresis(DahlTerm):
@@ -33,6 +34,8 @@ class Hysteresis(DahlTerm):
 
     identifier: ClassVar[str] = 'hysteresis'
     size_known: ClassVar[bool] = False
+    at_reversals: ClassVar[bool] = True
+    elsewhere_too: ClassVar[bool] = True
 
     def effort(
         self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray
@@ -48,8 +51,7 @@ class Hysteresis(DahlTerm):
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
         shortest, longest = self._range(signals, joint)
-        count = int(np.ceil(np.log(longest / shortest) / np.log(_RATIO))) + 1
-        return [{'displacement': float(x)} for x in np.geomspace(shortest, longest, count)]
+        return [{'displacement': float(x)} for x in np.geomspace(shortest, longest, _POINTS)]
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range."""

@@ -24,6 +24,13 @@ class Stribeck(FadingTerm):
     axis: ClassVar[str] = 'speed'
     free_axis: ClassVar[str] = 'speed'
     one_power: ClassVar[bool] = True
+    told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {
+        'nonlinear_viscous': (
+            '',
+            'move up to twice as fast: far above its velocity Stribeck friction is gone, and the '
+            'rest is a straight line of speed; a drag bends on',
+        )
+    }
 
     def at_standstill(self, motion: Motion, joint: int | slice) -> FloatArray:
         """Return s."""

@@ -214,8 +214,8 @@ POSSIBLE = (
     ('effort_delay', (-0.049,), {}, {}),
     ('effort_saturation', (0.01,), {'reference': 2.0}, {}),
     ('effort_saturation', (0.99,), {'reference': 2.0}, {}),
-    ('effort_scale', (0.49,), {}, {}),
-    ('effort_scale', (-0.49,), {}, {}),
+    ('effort_scale', (1.99,), {}, {}),
+    ('effort_scale', (-0.66,), {}, {}),
     ('hysteresis', (0.01,), {'displacement': 0.5}, {}),
     ('inertia', (-0.13,), {}, {}),
     ('joint_coupling', (-0.49,), {'source': 0.0}, {}),
@@ -242,8 +242,8 @@ IMPOSSIBLE = (
     ('effort_delay', (-0.051,), {}, {}, 'over 50 ms'),
     ('effort_saturation', (0.0,), {'reference': 2.0}, {}, 'by less than half'),
     ('effort_saturation', (1.0,), {'reference': 2.0}, {}, 'by less than half'),
-    ('effort_scale', (-0.51,), {}, {}, 'wrong by more than half'),
-    ('effort_scale', (0.51,), {}, {}, 'wrong by more than half'),
+    ('effort_scale', (-0.67,), {}, {}, 'wrong by more than a factor of 3'),
+    ('effort_scale', (2.01,), {}, {}, 'wrong by more than a factor of 3'),
     ('hysteresis', (0.0,), {'displacement': 0.5}, {}, 'give energy back'),
     ('inertia', (-0.15,), {}, {}, 'hardly any inertia'),
     ('joint_coupling', (-0.51,), {'source': 0.0}, {}, 'pass over'),
@@ -332,7 +332,8 @@ def test_friction_by_direction_is_tried_with_the_slope_and_without():
 
 #: What terms say of themselves: all that do.
 SAID = {
-    'at_reversals': {'backlash', 'joint_elasticity', 'presliding_hysteresis'},
+    'at_reversals': {'backlash', 'hysteresis', 'joint_elasticity', 'presliding_hysteresis'},
+    'elsewhere_too': {'hysteresis', 'joint_elasticity'},
     'of_law': {
         *('bias', 'coulomb', 'nonlinear_viscous', 'stribeck', 'stribeck_asymmetry', 'viscous'),
         'viscous_asymmetry',

@@ -134,7 +134,7 @@ def test_a_hysteresis_begins_where_presliding_ends_and_turns_around_within_the_r
     found = values('hysteresis', 'displacement', span=2.0)
     assert found[[0, -1]] == pytest.approx([0.02, 1.0])
     assert found[0] == values('presliding_hysteresis', 'displacement')[-1]
-    assert (found[1:] / found[:-1]).max() < 1.7
+    assert np.diff(np.log(found)) == pytest.approx(np.full(19, np.log(50.0) / 19.0))
     term = TERMS['hysteresis']()
     assert term.inner_bounds(recording(span=2.0), 0)['displacement'] == pytest.approx((0.02, 1.0))
     # A joint that moves by less than 40 displacements of its sign is not asked.
