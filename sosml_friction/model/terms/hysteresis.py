@@ -22,6 +22,8 @@ _LONGEST = 0.5
 #: x_s that are tried: more than a small grid has (band_rows.SMALL_GRID), all of which are taken
 #: for no noise together. Of so many loops some sum explains any rest; one alone does not.
 _POINTS = 20
+#: Within this share of it the least x_s is the best: rounding of a search by logarithms.
+_AT_BOUND = 1e-6
 
 
 class Hysteresis(DahlTerm):
@@ -65,4 +67,6 @@ class Hysteresis(DahlTerm):
         """Return why such an amplitude is impossible, else ''."""
         if fit.amplitude[0] <= 0.0:
             return 'it would give energy back that nobody put in'
+        if fit.inner['displacement'] <= (1.0 + _AT_BOUND) * self._range(fit.signals, fit.joint)[0]:
+            return 'it would slip over less than friction builds up over'
         return ''

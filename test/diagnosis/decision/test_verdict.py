@@ -239,7 +239,7 @@ def test_a_gear_that_gives_is_told_once():
 
 
 def test_what_only_an_impossible_cause_explains_is_not_explained():
-    """Friction turns around over 40 um; of a third over 0.5 mm no curve away from there tells."""
+    """Friction turns around over 40 um; of a fifth over 0.5 mm no curve away from there tells."""
 
     def found(share):
         def sign(q, v):
@@ -247,7 +247,7 @@ def test_what_only_an_impossible_cause_explains_is_not_explained():
 
         return diagnose([slider_recording(sign=sign)], slider_model())
 
-    missing = found(0.33)
+    missing = found(0.2)
     assert not missing.selection.remainder.beyond_chance
     assert missing.verdict == 'unknown_structure'
     assert 'It acts in slider beside reversals: only presliding hysteresis' in missing.sentence

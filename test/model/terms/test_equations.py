@@ -245,6 +245,7 @@ IMPOSSIBLE = (
     ('effort_scale', (-0.67,), {}, {}, 'wrong by more than a factor of 3'),
     ('effort_scale', (2.01,), {}, {}, 'wrong by more than a factor of 3'),
     ('hysteresis', (0.0,), {'displacement': 0.5}, {}, 'give energy back'),
+    ('hysteresis', (0.2,), {'displacement': 0.2}, {}, 'slip over less'),
     ('inertia', (-0.15,), {}, {}, 'hardly any inertia'),
     ('joint_coupling', (-0.51,), {'source': 0.0}, {}, 'pass over'),
     ('load_dependent_friction', (0.0,), {}, {}, 'between nothing and half'),
