@@ -11,6 +11,7 @@ from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.diagnosis.tone_above_band import tone_above_band
 from sosml_friction.diagnosis.trust import trusting
 from sosml_friction.diagnosis.untold_inertia import UNTOLD, untold_inertia, untold_joints
+from sosml_friction.diagnosis.whole_effort import WHOLE, whole_effort
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
@@ -63,6 +64,8 @@ class Design:
         told = [i for i in range(robot.n) if i not in signals[0].silent]
         own = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
         own += [tone_above_band(signals, i) for i in told]
+        if all(share < WHOLE for share in settings.trust.values()):
+            own += [whole_effort(signals, i) for i in told]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         result = cls(
             tuple(signals),

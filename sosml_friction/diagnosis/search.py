@@ -10,19 +10,11 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.shown_gate import shown_gate
 from sosml_friction.diagnosis.design import Design, Step
-from sosml_friction.model.terms.effort_scale import EffortScale
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
-from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Why a cause is not found again.
 CONTRADICTED = 'data left out contradict it'
-
-
-#: Why a large scale is not found where others explain more by less.
-STOOD_FOR_OTHERS = 'other causes explain more'
-#: A scale of effort that is off by more than this stands for whatever else there is.
-_LARGE = 0.5
 
 
 @dataclass(frozen=True)
@@ -46,12 +38,6 @@ class Search:
         """
         selector = Selector(design.laboratory, step)
         selection = selector.run(all_friction)
-        if large := _large_scales(selection):
-            # It changes an effort more than all else does, and is found first whatever is there.
-            without = Selector(design.laboratory, step)
-            other = without.run(all_friction, refused=dict.fromkeys(large, STOOD_FOR_OTHERS))
-            if other.bic < selection.bic:
-                selector, selection = without, other
         stood_out = [*selection.accepted, selection.rejected]
         if any(own and isinstance(own.effect, TransmissionTerm) for own in stood_out):
             untold = design.untold_inertia([cause.placed for cause in selection.accepted])
@@ -69,13 +55,3 @@ class Search:
         selection = selector.run(begin=stay, refused=dict.fromkeys(refused, CONTRADICTED))
         selection = replace(shown_gate(selector, selection), ranking=self.selection.ranking)
         return replace(self, selection=selection)
-
-
-def _large_scales(selection: Selection) -> list[tuple[str, int]]:
-    """Return the scales among the causes by which an effort is off by more than half."""
-    parts = with_amplitudes(selection.accepted, len(selection.before.x))
-    return [
-        finding.key
-        for finding, own in parts
-        if isinstance(finding.effect, EffortScale) and abs(selection.after.x[own][0]) > _LARGE
-    ]

@@ -66,8 +66,9 @@ _SIGNED = 0.75
 #: 35 for the EMPS axis. Where inertia alone says so it is the square, as a load that is not in the
 #: URDF is many times a rotor, and where a limit does, which is often a guess; mA for A is 1000.
 _OTHER_UNIT = 6.0
-#: Share of the samples of an effort that its limit is compared with.
-_USUAL = 0.99
+#: Share of the samples of an effort that its limit is compared with, and the largest limit that
+#: stands for none [Nm or N]: URDFs have to state one, and 0 and 1 are what who knows none writes.
+_USUAL, _NO_LIMIT = 0.99, 1.0
 #: Scales of gravity and of inertia differ by less than this factor if both are one of the effort.
 _ALIKE = 2.0
 #: Separate motions in each direction that a turned sign must be seen in.
@@ -352,11 +353,11 @@ def _refusal(
             'constant for A) in the mapping, or correct the masses'
         )
     usual = float(np.quantile(np.abs(known), _USUAL)) if len(known) else 0.0
-    if 0.0 < _OTHER_UNIT**2 * limit.effort < usual and not fits:
+    if limit.effort > _NO_LIMIT and _OTHER_UNIT**2 * limit.effort < usual and not fits:
         return 'effort_unit', (
             f'the effort of joint {name} is up to {usual:.4g} where its URDF allows '
-            f'{limit.effort:.4g} {unit}: it is not in {unit}; give its scale (a torque constant '
-            'for A) in the mapping, or correct the URDF'
+            f'{limit.effort:.4g} {unit}: it is not in {unit}, or that limit is none; give its '
+            'scale (a torque constant for A) in the mapping, or correct the limit'
         )
     return None
 

@@ -277,11 +277,11 @@ def _without_lines(fit: LibraryFit, residual: FloatArray) -> FloatArray:
     """
     Return a residual without the strongest points of the large grids.
 
-    They are sinusoids of position; left in, the noise model would whiten them away. The strongest
-    is fitted beside the library and taken off, again and again, while it takes more than chance
-    would. What the library has of a sinusoid differs along its way: its curves follow it where
-    they have many knots, and alone it would stay where they have few. Rows that take no part lose
-    theirs as well.
+    They are sinusoids of position, or loops over it; left in, the noise model would whiten them
+    away. The strongest is fitted beside the library and taken off, again and again, while it takes
+    more than chance would. What the library has of a sinusoid differs along its way: its curves
+    follow it where they have many knots, and alone it would stay where they have few. Rows that
+    take no part lose theirs as well.
     """
     told = fit.told
     for candidate, parts in fit.rows.in_joint(fit.joint):

@@ -156,15 +156,6 @@ def test_a_delay_is_named_with_its_size():
     assert cause.parameters['delay'].value == pytest.approx(trial.size, rel=0.1)
 
 
-def test_an_effort_of_almost_twice_the_torque_is_one_cause():
-    """It was payload, coulomb, viscous and inertia: a scale of more than 1.5 was impossible."""
-    trial = build(Spec('x', 'single', 1, 'effort_scale', 0, scale=10.0))
-    assert trial.size == pytest.approx(0.8)
-    (cause,) = diagnose([trial.log], nominal_model()).causes
-    assert (cause.effect, cause.joint) == ('effort_scale', 'shoulder')
-    assert cause.parameters['error'].value == pytest.approx(trial.plant.scale[0] - 1.0, abs=0.1)
-
-
 @only_full
 def test_masses_that_are_off_within_their_tolerance_are_no_evidence_against_a_bias():
     """Gravity alone fits this bias a little better: it would cost the masses to be off by 3 %."""

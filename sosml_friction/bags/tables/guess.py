@@ -121,25 +121,19 @@ class Guesser(NamedColumns):
         ]
 
     def _drop_references(self) -> None:
-        """
-        Leave out what moves as another joint of which more was measured: it is its reference.
-
-        It has no effort where that has one, or a position alone where that has a velocity, too.
-        """
+        """Leave out what has no effort and moves as a joint that has one: it is its reference."""
         positions = {j: r['position'] for j, r in self.roles.items()}
         for joint, name in positions.items():
-            own = self.roles[joint]
             same = [
                 n
                 for j, n in positions.items()
-                if 'effort' in self.roles.get(j, ()) or own.keys() < self.roles.get(j, {}).keys()
-                if {n, name} <= set(self.moving) and n != name and self._nearly_same(n, name)
+                if 'effort' in self.roles.get(j, ()) and {n, name} <= set(self.moving)
+                if n != name and self._nearly_same(n, name)
             ]
-            if 'effort' not in own and same:
+            if 'effort' not in self.roles[joint] and same:
                 del self.roles[joint]
-                lacks = 'no effort' if 'velocity' in own else 'no velocity and no effort'
                 self._remark(
-                    f'{name} is nearly {same[0]} and has {lacks}: the reference of a '
+                    f'{name} is nearly {same[0]} and has no effort: the reference of a '
                     'controller, it seems'
                 )
 

@@ -24,7 +24,8 @@ _QUANTITIES = {
     'rpm erpm drehzahl geschwindigkeit',
     'acceleration': 'qdd ddq qddot qacc acc accel acceleration accelerations',
     'effort': 'tau torque torques trq eff effort efforts force moment current currents cur curr i '
-    'iq amps voltage voltages volt volts load loads qfrc drehmoment kraft strom',
+    'iq amps voltage voltages volt volts load loads qfrc drehmoment kraft strom motorstrom '
+    'motormoment',
     'temperature': 'temp temperature temperatures temperatur',
     'injected': 'pulse pulses injected excitation dither perturbation chirp',
 }
@@ -51,7 +52,7 @@ _SHORT = frozenset(('sp', 'd'))
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
     'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
-    'filtered', 'filt', 'control', 'ist', 'istwert', 'msr', 'hat', 'mot', 'gelenk',
+    'filtered', 'filt', 'control', 'ist', 'istwert', 'msr', 'hat', 'mot',
 ))  # fmt: skip
 #: Of a part of an effort that a model tells, as tau_g, or an observer: nobody measured it.
 _COMPUTED = frozenset((
@@ -67,12 +68,14 @@ _JOINED = (
     (re.compile(r'(?i)\b(q|theta|phi)[ _]?dot'), 'qd'),
     (re.compile(r'(?i)\b(q|theta|phi)[ _]?ddot'), 'qdd'),
 )
-#: What German puts before a quantity without a blank: Sollwinkel, Motorstrom.
-_PREFIX = re.compile(r'(?i)(soll|ist|motor|gelenk)(?=.)')
+#: What German puts before a quantity without a blank: Sollwinkel, Istposition.
+_PREFIX = re.compile(r'(?i)(sollwert|soll|istwert|ist|referenz|vorgabe)(?=.)')
 #: Where a word begins in ActPos, in QMsr and in J1Pos.
 _OF_CAMELS = re.compile(r'(?<=[a-z])(?=[A-Z])|(?<=[A-Z0-9])(?=[A-Z][a-z])')
 #: A bracket with the number of a column, or of a motor: [3], [ID:001], (J1).
 _NUMBER = re.compile(r'[\[(]((id|axis|joint|j|motor|servo|node)\W?)?\d+[\])]', re.IGNORECASE)
+#: The last one, with which a name ends.
+_BY_NUMBER = re.compile(rf'{_NUMBER.pattern}$', re.IGNORECASE)
 #: A unit behind a name: in brackets, behind a stroke (q / rad), or behind a comma.
 _BEHIND = re.compile(r'\s*([\[(][^\[\]()]*[\])]$|[/,].*$)')
 #: The same behind a blank, if it has a sign that no word has: 1/min, %, °/s.
@@ -81,7 +84,8 @@ _SIGN = re.compile(r'(.*\S)\s+(\S*[°º˚%/]\S*)')
 _BY_WORD = {
     'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
     'kraft': 'N', 'current': 'A', 'currents': 'A', 'cur': 'A', 'curr': 'A', 'i': 'A', 'iq': 'A',
-    'amps': 'A', 'strom': 'A', 'voltage': 'V', 'voltages': 'V', 'volt': 'V', 'volts': 'V',
+    'amps': 'A', 'strom': 'A', 'motorstrom': 'A', 'motormoment': 'Nm', 'voltage': 'V',
+    'voltages': 'V', 'volt': 'V', 'volts': 'V',
     'rpm': 'rpm', 'drehzahl': 'rpm',
 }  # fmt: skip
 
@@ -136,11 +140,20 @@ def read_headers(names: Iterable[str], joints: Iterable[str] = ()) -> dict[str, 
     for name, word in words.items():
         if own and '' not in own and word.is_wish and word.quantity in kinds and not word.joint:
             words[name] = read_header(name, ends, _WISHES - _SHORT)
-        beside = [n for n in words if n != name and n[:-1] == name[:-1] and n[-1:].isalpha()]
-        if word.unit == name[-1:] and beside and not any(words[n].unit for n in beside):
+        last = _last_letter(name)
+        beside = [n for n in words if n != name and _last_letter(n)[::2] == last[::2]]
+        beside = [n for n in beside if _last_letter(n)[1].isalpha()]
+        if word.unit == last[1] and beside and not any(words[n].unit for n in beside):
             joint = '_'.join(filter(None, (word.joint, word.unit)))
             words[name] = word._replace(unit='', is_unit_written=False, joint=joint)
     return words
+
+
+def _last_letter(name: str) -> tuple[str, str, str]:
+    """Return what is before the last letter of a name, the letter, and the number behind it."""
+    number = _BY_NUMBER.search(name)
+    bare = name if number is None else name[: number.start()]
+    return bare[:-1], bare[-1:], name[len(bare) :]
 
 
 def without_unit(name: str) -> str:
@@ -187,7 +200,7 @@ def _compound(word: str) -> list[str]:
     """Return the two parts of Sollwinkel, or a word as it is."""
     prefix = _PREFIX.match(word)
     parts = [word[: prefix.end()], word[prefix.end() :]] if prefix else [word]
-    return parts if parts[-1].lower() in _WORDS else [word]
+    return parts if len(parts[-1]) > 1 and parts[-1].lower() in _WORDS else [word]
 
 
 def _without_joint(words: list[str], ends: Sequence[list[str]]) -> list[str]:
@@ -227,9 +240,9 @@ def read_header(
     quantity = _WORDS[found[-1]] if found else ''
     said = None if bracket is None else plain_unit(bracket[1])
     # The unit of cur_mA[0], a column of a table, stands before its number.
-    number = _NUMBER.search(name)
-    behind = 0 if number is None or number.end() < len(name) else len(_parts(number[0], wishes))
-    before = others[: len(others) - behind]
+    number = _BY_NUMBER.search(name)
+    behind = 0 if number is None else len(_parts(number[0], wishes))
+    before, low_before = others[: len(others) - behind], lower[: len(lower) - behind]
     if found and len(found[-1]) == 1 and said in SPELLINGS - set(WRITTEN.get(quantity, ())):
         # A letter may be anything, and its unit says what: t [s] and T [K], q [rad] and q [A].
         found, quantity = [], ''
@@ -238,9 +251,9 @@ def read_header(
     if not quantity and said is not None:
         quantity = next((q for q, units in WRITTEN.items() if said in units), '')
         written = WRITTEN.get(quantity, {}).get(said, '')
-    elif not written and len(others) > 1 < len(others[-1]) and (not found or len(found[-1]) == 1):
+    elif not written and len(before) > 1 < len(before[-1]) and (not found or len(found[-1]) == 1):
         # The unit behind a name, or a letter, says what it is of: j1_deg, t1_Nm.
-        last = {q: _written_unit(None, others, q, [lower[-2]]) for q in UNITS}
+        last = {q: _written_unit(None, before, q, [low_before[-2]]) for q in UNITS}
         own = next((q for q, unit in last.items() if unit and UNITS[q][unit]), '')
         found, quantity, written = ([], own, last[own]) if own else (found, quantity, written)
     strange = ''
@@ -249,6 +262,7 @@ def read_header(
         plain = all(w.isdecimal() or w in _FILLERS for w in inside)
         strange = '' if plain else bracket[1]
     of_units = {part for own in WRITTEN.get(quantity, ()) for part in (own, *own.split('/'))}
+    of_units = {part for part in of_units if not part.isdecimal()}
     rest = [
         part
         for part, low, other in zip(parts, lower, others, strict=True)

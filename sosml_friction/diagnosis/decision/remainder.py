@@ -279,8 +279,8 @@ def _instead(laboratory: WhitenedRegression, accepted: Sequence[Finding]) -> lis
     """
     Return where one power of speed explains more than the causes by speed of a joint.
 
-    In the place of a friction that is off, Coulomb and viscous, which come together, it has to be
-    surer than they are; in that of three causes or more it need only be no worse than a rival.
+    In the place of one cause, or of a friction that is off, Coulomb and viscous, it has to be the
+    surer one; in that of three causes or more it need only be no worse than a rival.
     """
     result = []
     for i in range(laboratory.robot.n):

@@ -5,8 +5,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.remainder import Remainder, remainder
 from sosml_friction.regression.estimate import system_with
@@ -44,12 +42,6 @@ class Selection:
     def system(self) -> System:
         """Return the normal equations with the accepted causes."""
         return self.fit.system
-
-    @property
-    def bic(self) -> float:
-        """Return the Bayesian information criterion: smaller if less explains more."""
-        numbers = sum(f.columns.C.shape[-1] + len(f.effect.refined) for f in self.accepted)
-        return self.after.cost + numbers * float(np.log(len(self.fit.target.y)))
 
     def others(self, k: int) -> tuple[Finding, ...]:
         """Return the accepted causes but for one."""

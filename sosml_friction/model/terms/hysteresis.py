@@ -31,7 +31,7 @@ class Hysteresis(DahlTerm):
     Add F z(x_s): a spring of stiffness F / x_s that slips at F.
 
     z is Dahl's state with ``displacement`` x_s [rad or m]. Where it builds up in another way, F is
-    off by some ten per cent.
+    off by up to a quarter.
     """
 
     identifier: ClassVar[str] = 'hysteresis'

@@ -3,12 +3,14 @@
 """A torque constant that ripples over position."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.cogging import Cogging
+from sosml_friction.model.terms.effort_scale import EffortScale
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
@@ -43,6 +45,5 @@ class TorqueRipple(Curve):
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if np.hypot(*fit.amplitude) > 0.5:
-            return 'the torque constant would change by more than half'
-        return ''
+        share = np.array([np.hypot(*fit.amplitude)])
+        return EffortScale().implausible(replace(fit, amplitude=share))

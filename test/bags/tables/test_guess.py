@@ -586,12 +586,12 @@ def test_two_positions_that_are_nearly_the_same_are_told(tmp_path):
     assert 'q_m and q_r are nearly the same' in ' '.join(guess_mapping(data).remarks)
 
 
-def test_what_moves_as_a_joint_and_has_no_velocity_beside_it_is_its_reference(tmp_path):
-    t, q, v, tau = joint(4)
-    columns = {'t': t, 'pos_a': q, 'pos_ahead': q + 0.01 * v, 'vel_a': v, 'current': tau}
-    guess = guess_mapping(save(tmp_path, columns.values(), list(columns)))
-    assert roles(guess) == {'a': {'position': 'pos_a', 'velocity': 'vel_a', 'effort': 'current'}}
-    assert 'pos_ahead is nearly pos_a and has no velocity and no effort' in ' '.join(guess.remarks)
+@pytest.mark.parametrize('number', ['', '[0]'])
+def test_a_letter_that_another_column_has_otherwise_is_no_unit(number):
+    names = [f'pos_m{number}', f'pos_l{number}', f'tau{number}']
+    words = read_headers(names)
+    assert [words[name].unit for name in names] == ['', '', 'Nm']
+    assert read_headers(names[::2])[names[0]].unit == 'm'
 
 
 def test_an_encoder_of_the_motor_beside_that_of_the_joint_is_told(tmp_path):
@@ -681,12 +681,17 @@ def test_noise_is_no_robot(tmp_path):
         ('qfrc_actuator[0]', 'effort', '', 'actuator_0', False),
         ('cur_mA[0]', 'effort', 'mA', '0', False),
         ('log.q_deg[12]', 'position', 'deg', 'log_12', False),
+        ('log[0].cur_mA[1]', 'effort', 'mA', 'log_0_1', False),
+        ('arm_Nm[0]', 'effort', 'Nm', 'arm_0', False),
+        ('vel_rad_s[1]', 'velocity', 'rad/s', '1', False),
         # The number of a motor, which m stands for, is in no bracket.
         ('theta_m1', 'position', '', 'm1', False),
         ('Sollwinkel [deg]', 'position', 'deg', '', True),
         ('Istposition', 'position', '', '', False),
         ('Motorstrom [mA]', 'effort', 'mA', '', False),
         ('Referenz [deg]', 'position', 'deg', '', True),
+        ('Vorgabewinkel [deg]', 'position', 'deg', '', True),
+        ('Isti', '', '', 'Isti', False),
         ('distance', '', '', 'distance', False),
     ],
 )

@@ -3,11 +3,14 @@
 """A drag by a power of speed beside a Stribeck term: a rival where it explains as much."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from known_robots import coulomb_viscous, recording, sines
 
+from sosml_friction.diagnosis.decision.one_power import OnePower
+from sosml_friction.diagnosis.decision.remainder import _instead
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.simple_models import pendulum_model
 
@@ -27,6 +30,23 @@ def answered(more):
     own = replace(model.joints['joint'], friction=coulomb_viscous(COULOMB, VISCOUS))
     found = diagnose([log], replace(model, joints={'joint': own}))
     return [(cause.effect, cause.rivals) for cause in found.causes]
+
+
+@pytest.mark.parametrize(
+    ('count', 'gain', 'instead'),
+    [
+        *((1, 89.0, False), (1, 91.0, True), (2, 89.0, False), (2, 91.0, True)),
+        *((3, 69.0, False), (3, 71.0, True), (4, 71.0, True)),
+    ],
+)
+def test_one_power_stands_in_the_place_of_three_causes_where_it_is_a_rival_of_them(
+    monkeypatch, count, gain, instead
+):
+    """It is as likely as they are from 80 on: what they explain, 100, less the price of 20."""
+    power = OnePower((None,) * count, 100.0, gain, 20.0)
+    monkeypatch.setattr(OnePower, 'of', lambda *_: power)
+    found = _instead(SimpleNamespace(robot=SimpleNamespace(n=1)), ())
+    assert [each.instead for each in found] == [True] * instead
 
 
 def test_a_drag_that_looks_like_friction_of_slow_motion_may_be_either():
