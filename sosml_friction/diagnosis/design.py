@@ -11,10 +11,11 @@ from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.diagnosis.tone_above_band import tone_above_band
 from sosml_friction.diagnosis.trust import trusting
 from sosml_friction.diagnosis.untold_inertia import UNTOLD, untold_inertia, untold_joints
-from sosml_friction.diagnosis.whole_effort import WHOLE, whole_effort
+from sosml_friction.diagnosis.whole_effort import whole_effort
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.effort_scale import LARGEST
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.estimate import Placed
 from sosml_friction.regression.known_effort import with_known
@@ -64,7 +65,8 @@ class Design:
         told = [i for i in range(robot.n) if i not in signals[0].silent]
         own = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
         own += [tone_above_band(signals, i) for i in told]
-        if all(share < WHOLE for share in settings.trust.values()):
+        # Of a model that is itself no surer than that nothing is told.
+        if all(share < LARGEST for share in settings.trust.values()):
             own += [whole_effort(signals, i) for i in told]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         result = cls(

@@ -7,13 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from sosml_friction.diagnosis.data_checks import Check
+from sosml_friction.identification.joint_checks import FAR
+from sosml_friction.model.terms.effort_scale import LARGEST
 from sosml_friction.regression.signals import Signals
-
-#: The largest error of a scale that is looked for as a cause, ``effort_scale``. Nothing is told of
-#: it where a part of the model is no surer.
-WHOLE = 0.5
-#: The scale leaves at most this share of what the effort as it is leaves. Chosen, no measurement.
-_FAR = 1.0 / 3.0
 
 
 def whole_effort(stretches: Sequence[Signals], i: int) -> Check | None:
@@ -26,17 +22,15 @@ def whole_effort(stretches: Sequence[Signals], i: int) -> Check | None:
     signals = stretches[0]
     if not np.isfinite(signals.scales.coulomb[i] + signals.scales.viscous[i]):
         return None
-    tau, need = (
-        np.concatenate([s.in_band(x[:, [i]], [i])[:, 0] for s, x in pairs])
-        for pairs in ([(s, s.tau) for s in stretches], [(s, s.torque) for s in stretches])
-    )
+    both = [s.in_band(np.column_stack([s.tau[:, i], s.torque[:, i]]), [i, i]) for s in stretches]
+    tau, need = np.concatenate(both).T
     tau, need = tau - tau.mean(), need - need.mean()
     square = float(need @ need)
     scale = float(tau @ need) / square if square > 0.0 else 1.0
-    if abs(scale - 1.0) < WHOLE:
+    if abs(scale - 1.0) < LARGEST:
         return None
     as_it_is, scaled = (float(np.linalg.norm(tau - x * need)) for x in (1.0, scale))
-    if scaled > _FAR * as_it_is:
+    if scaled > FAR * as_it_is:
         return None
     name, whole = signals.robot.names[i], max(float(np.linalg.norm(tau)), 1e-300)
     return Check(

@@ -55,7 +55,7 @@ ZERO = 'position_zero'
 _OTHER_VELOCITY = 1.2
 #: The misfit of a hypothesis that is to refuse a joint is at most this share of that of the data
 #: as they are. Chosen, no measurement.
-_FAR = 1.0 / 3.0
+FAR = 1.0 / 3.0
 #: The same of an effort that lost its sign. Of 200 pendulums with cogging and a knee, which the
 #: check does not know, efforts lifted until they hardly touch 0 had 0.96 at least, and lost signs
 #: of a tenth of the samples and more at most 0.31, three quarters of them (as in
@@ -394,13 +394,13 @@ def _is_unit(effort: EffortRelation, rotor: bool) -> bool:
     if np.isnan(effort.gravity) and np.isfinite(effort.inertia):
         alike, most = rotor, _OTHER_UNIT**2
     far = not 1.0 / most < effort.scale < most
-    return alike and far and effort.scale > 0.0 and effort.free < _FAR * effort.alone
+    return alike and far and effort.scale > 0.0 and effort.free < FAR * effort.alone
 
 
 def _is_turned(zero: Zero, alone: float) -> bool:
     """Tell whether gravity of the URDF's masses explains the effort from another zero alone."""
     masses = 1.0 / SCALE < zero.scale < SCALE
-    return masses and zero.misfit < _FAR * min(zero.upright, alone)
+    return masses and zero.misfit < FAR * min(zero.upright, alone)
 
 
 def _told(robot: Robot, i: int, effort: EffortRelation, drives: bool) -> list[DataFinding]:
@@ -412,7 +412,7 @@ def _told(robot: Robot, i: int, effort: EffortRelation, drives: bool) -> list[Da
     name, unit = robot.names[i], robot.effort_units[i]
     found = []
     scale = effort.scale
-    far = not 1.0 / SCALE < scale < SCALE and effort.free < _FAR * effort.as_it_is
+    far = not 1.0 / SCALE < scale < SCALE and effort.free < FAR * effort.as_it_is
     if effort.zero is not None and _is_turned(effort.zero, effort.alone):
         what = (
             f'position 0 of joint {name} seems to be {effort.zero.at:.3g} rad from that of its '

@@ -12,6 +12,8 @@ from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.term import Inner
 
+#: The largest error of an effort that is looked for as a cause.
+LARGEST = 0.5
 _MASS = 'hang a known mass on the arm and record again: a wrong torque constant scales it'
 
 
@@ -39,7 +41,7 @@ class EffortScale(MeasurementTerm):
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if abs(fit.amplitude[0]) > 0.5:
+        if abs(fit.amplitude[0]) > LARGEST:
             return 'the effort would be wrong by more than half'
         return ''
 
