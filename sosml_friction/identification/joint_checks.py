@@ -63,8 +63,8 @@ FAR = 1.0 / 3.0
 _SIGNED = 0.75
 #: Masses of a URDF, a payload that it lacks included, are off by less than ``HEAVIER`` as a rule,
 #: and by less than this always. Chosen, no measurement: A for Nm is 8 to 12 for a UR10e, V for N
-#: 35 for the EMPS axis. Where inertia alone says so it is the square, as a load that is not in the
-#: URDF is many times a rotor, and where a limit does, which is often a guess; mA for A is 1000.
+#: 35 for the EMPS axis. Inertia alone has to say the square of it, as a load that is not in the
+#: URDF is many times a rotor. So has a limit, which is often a guess. mA for A is 1000.
 _OTHER_UNIT = 6.0
 #: Share of the samples of an effort that its limit is compared with, and the largest limit that
 #: stands for none [Nm or N]: URDFs have to state one, and 0 and 1 are what who knows none writes.

@@ -74,7 +74,7 @@ _PREFIX = re.compile(r'(?i)(sollwert|soll|istwert|ist|referenz|vorgabe)(?=.)')
 _OF_CAMELS = re.compile(r'(?<=[a-z])(?=[A-Z])|(?<=[A-Z0-9])(?=[A-Z][a-z])')
 #: A bracket with the number of a column, or of a motor: [3], [ID:001], (J1).
 _NUMBER = re.compile(r'[\[(]((id|axis|joint|j|motor|servo|node)\W?)?\d+[\])]', re.IGNORECASE)
-#: The last one, with which a name ends.
+#: The one with which a name ends.
 _BY_NUMBER = re.compile(rf'{_NUMBER.pattern}$', re.IGNORECASE)
 #: A unit behind a name: in brackets, behind a stroke (q / rad), or behind a comma.
 _BEHIND = re.compile(r'\s*([\[(][^\[\]()]*[\])]$|[/,].*$)')
@@ -140,20 +140,20 @@ def read_headers(names: Iterable[str], joints: Iterable[str] = ()) -> dict[str, 
     for name, word in words.items():
         if own and '' not in own and word.is_wish and word.quantity in kinds and not word.joint:
             words[name] = read_header(name, ends, _WISHES - _SHORT)
-        last = _last_letter(name)
-        beside = [n for n in words if n != name and _last_letter(n)[::2] == last[::2]]
+        rest, letter = _last_letter(name)
+        beside = [n for n in words if n != name and _last_letter(n)[0] == rest]
         beside = [n for n in beside if _last_letter(n)[1].isalpha()]
-        if word.unit == last[1] and beside and not any(words[n].unit for n in beside):
+        if word.unit == letter and beside and not any(words[n].unit for n in beside):
             joint = '_'.join(filter(None, (word.joint, word.unit)))
             words[name] = word._replace(unit='', is_unit_written=False, joint=joint)
     return words
 
 
-def _last_letter(name: str) -> tuple[str, str, str]:
-    """Return what is before the last letter of a name, the letter, and the number behind it."""
+def _last_letter(name: str) -> tuple[str, str]:
+    """Return a name without its last letter before a number, and the letter: pos_[0] and m."""
     number = _BY_NUMBER.search(name)
-    bare = name if number is None else name[: number.start()]
-    return bare[:-1], bare[-1:], name[len(bare) :]
+    end = len(name) if number is None else number.start()
+    return name[: end - 1] + name[end:], name[end - 1 : end]
 
 
 def without_unit(name: str) -> str:

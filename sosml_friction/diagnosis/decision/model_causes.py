@@ -10,7 +10,6 @@ import numpy as np
 
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.one_power import OnePower
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.trust import scale_tolerance
@@ -19,7 +18,6 @@ from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous
 from sosml_friction.regression.estimate import Estimate, estimate, with_amplitudes
-from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -83,7 +81,7 @@ def _causes(
             joint,
             parameters,
             _evidence(finding),
-            (*_rivals(laboratory, finding, fit), *_power(laboratory, selection, finding)),
+            _rivals(laboratory, selection, finding, fit),
             term,
             # Whatever else explains it as well: what is expected is more likely than any cause.
             finding.effect.tolerated(fit, scale_tolerance(laboratory)),
@@ -117,7 +115,9 @@ def _evidence(finding: Finding) -> dict[str, float | None]:
     }
 
 
-def _rivals(laboratory: WhitenedRegression, finding: Finding, fit: Fitted) -> tuple[str, ...]:
+def _rivals(
+    laboratory: WhitenedRegression, selection: Selection, finding: Finding, fit: Fitted
+) -> tuple[str, ...]:
     """Return what cannot be told from a finding, as effect@joint where that is another joint."""
     names = laboratory.robot.names
     _, own = finding.reported(names)
@@ -127,16 +127,6 @@ def _rivals(laboratory: WhitenedRegression, finding: Finding, fit: Fitted) -> tu
         rivals.append(name if where == own else f'{name}@{where}')
     # Beside the others a part of it may be 0 that was not in the round that chose it.
     rivals += filter(None, [finding.effect.nested(fit)])
+    if any(power.is_rival(finding) for power in selection.remainder.powers):
+        rivals.append(NonlinearViscous.identifier)
     return tuple(dict.fromkeys(rivals))
-
-
-def _power(
-    laboratory: WhitenedRegression, selection: Selection, finding: Finding
-) -> tuple[str, ...]:
-    """Return that a drag by one power of speed is as likely as a lone curve of it."""
-    if not (finding.effect.one_power and finding.effect.refined):
-        return ()
-    power = OnePower.of(laboratory, selection.accepted, finding.joint)
-    if power is None or len(power.causes) > 1 or power.gain < power.floor - VERY_STRONG:
-        return ()
-    return (NonlinearViscous.identifier,)

@@ -10,7 +10,12 @@ import numpy as np
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.regression.curves.speed_power import SpeedPower
 from sosml_friction.regression.evidence import Fit
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
+
+#: By how much more one power of speed has to explain, beside ``VERY_STRONG``, as a share of what
+#: is named: by so much an effect of the catalogue in other equations may differ.
+_MORE_SHARE = 0.005
 
 
 @dataclass(frozen=True)
@@ -22,6 +27,7 @@ class OnePower:
     explain beside all others; ``price``: of the parameters that it has less, k - 2 of k.
     """
 
+    joint: int
     causes: tuple[Finding, ...]
     named: float
     gain: float
@@ -42,6 +48,7 @@ class OnePower:
         power = SpeedPower()
         grid = power.grid(laboratory.signals[0], joint)
         return cls(
+            joint,
             tuple(causes),
             fit.baseline.cost - whole.baseline.cost,
             max(fit.score(laboratory.single(power, joint, inner)).gain for inner in grid),
@@ -50,6 +57,25 @@ class OnePower:
         )
 
     @property
-    def floor(self) -> float:
-        """Return what one power has to explain to be as likely, by its BIC."""
+    def _even(self) -> float:
+        """Return what it has to explain to be as likely as they are, by its BIC."""
         return self.named - self.price
+
+    @property
+    def floor(self) -> float:
+        """
+        Return what it has to explain to be true in their place.
+
+        In that of one cause, or of a friction that is off, Coulomb and viscous, it has to be the
+        surer one; in that of three causes or more it need only be no worse than a rival.
+        """
+        if len(self.causes) > 2:
+            return self._even - VERY_STRONG
+        share = _MORE_SHARE * self.named if len(self.causes) == 1 else 0.0
+        return self._even + max(VERY_STRONG, share)
+
+    def is_rival(self, finding: Finding) -> bool:
+        """Tell whether it is as likely as a lone cause whose curve over speed was searched."""
+        alone = [cause.key for cause in self.causes] == [finding.key]
+        searched = bool(finding.effect.refined)
+        return alone and searched and self.gain >= self._even - VERY_STRONG

@@ -52,9 +52,6 @@ ALL = 0.023
 #: 0.0087). Of a part of the band, and of friction or torque constant, the largest of 30 has 0.45
 #: of its floor (``--seed 20261275 --recordings 10``).
 RIPPLE = 0.03
-#: By how much more one power of speed has to explain, beside ``VERY_STRONG``, as a share of what
-#: is named: by so much an effect of the catalogue in other equations may differ.
-_MORE_SHARE = 0.005
 
 
 @dataclass(frozen=True)
@@ -64,11 +61,23 @@ class Remainder:
 
     ``explained`` (n,): share of what is left of each joint that all free curves explain together;
     ``named``: whitened energy that the causes explain, but for numbers of the nominal model.
+    ``powers``: one power of speed in the place of the causes by speed of each joint that has some.
     """
 
     found: tuple[Leftover, ...] = ()
     explained: FloatArray = field(default_factory=lambda: np.zeros(0))
     named: float = 0.0
+    powers: tuple[OnePower, ...] = ()
+
+    def with_powers(self, powers: Sequence[OnePower]) -> Remainder:
+        """Return it with one power of speed where that is true in the place of causes by speed."""
+        instead = [x for x in powers if x.gain > x.floor]
+        where = {(SPEED, x.joint) for x in instead}
+        found = [x for x in self.found if (x.axis, x.joint) not in where]
+        found += [
+            Leftover(SPEED, x.joint, x.gain, x.floor, 1.0, 0.0, instead=True) for x in instead
+        ]
+        return replace(self, found=tuple(found), powers=tuple(powers))
 
     def largest(self, joint: int) -> Leftover | None:
         """Return what exceeds its floor most in a joint."""
@@ -168,10 +177,9 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         share = share_beside(burst.energy, float(named[i]))
         beyond = Leftover(BURSTS, i, burst.energy, burst.floor, share, REST)
         found.append(replace(beyond, bursts=burst.count, at_s=burst.at_s))
-    instead = _instead(laboratory, accepted)
-    where = {(x.axis, x.joint) for x in instead}
-    found = [x for x in found if (x.axis, x.joint) not in where]
-    return Remainder((*found, *instead), explained, float(named.sum()))
+    powers = [OnePower.of(laboratory, accepted, i) for i in range(laboratory.robot.n)]
+    left_over = Remainder(tuple(found), explained, float(named.sum()))
+    return left_over.with_powers([power for power in powers if power is not None])
 
 
 def scale_columns(laboratory: WhitenedRegression) -> list[CandidateColumns]:
@@ -273,22 +281,3 @@ def _ripples(
             Leftover(f'{name}{POSITION}', i, ripple.energy, floor, share, REST, period=period)
         )
     return found
-
-
-def _instead(laboratory: WhitenedRegression, accepted: Sequence[Finding]) -> list[Leftover]:
-    """
-    Return where one power of speed explains more than the causes by speed of a joint.
-
-    In the place of one cause, or of a friction that is off, Coulomb and viscous, it has to be the
-    surer one; in that of three causes or more it need only be no worse than a rival.
-    """
-    result = []
-    for i in range(laboratory.robot.n):
-        power = OnePower.of(laboratory, accepted, i)
-        if power is None:
-            continue
-        more = {1: max(VERY_STRONG, _MORE_SHARE * power.named), 2: VERY_STRONG}
-        floor = power.floor + more.get(len(power.causes), -VERY_STRONG)
-        if power.gain > floor:
-            result.append(Leftover(SPEED, i, power.gain, floor, 1.0, 0.0, instead=True))
-    return result

@@ -16,13 +16,14 @@ from sosml_friction.model.terms.kinds.term import Inner
 
 #: The least x_s in displacements of the sign: as far as presliding friction is tried.
 _SHORTEST = 20.0
-#: The largest x_s as a share of the range: over twice as much z is within exp(-2) of slipping, and
-#: over less of it a spring that slips is hardly more than a spring.
+#: The largest x_s as a share of the range: through all of it z goes from -1 to 1 - 2 exp(-2), or
+#: 0.73. A spring that slips over more is hardly told from one that does not.
 _LONGEST = 0.5
-#: x_s that are tried: more than a small grid has (band_rows.SMALL_GRID), all of which are taken
-#: for no noise together. Of so many loops some sum explains any rest; one alone does not.
+#: How many x_s are tried: more than a small grid has (band_rows.SMALL_GRID). The points of a small
+#: one are fitted all together where the noise is measured, and some sum of so many loops explains
+#: any rest.
 _POINTS = 20
-#: Within this share of it the least x_s is the best: rounding of a search by logarithms.
+#: A search by logarithms ends as near to the least x_s as this share of it: rounding.
 _AT_BOUND = 1e-6
 
 

@@ -3,16 +3,17 @@
 """A drag by a power of speed beside a Stribeck term: a rival where it explains as much."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from known_robots import coulomb_viscous, recording, sines
 
+from sosml_friction.diagnosis.decision.leftover import Leftover
 from sosml_friction.diagnosis.decision.one_power import OnePower
-from sosml_friction.diagnosis.decision.remainder import _instead
+from sosml_friction.diagnosis.decision.remainder import Remainder
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.simple_models import pendulum_model
+from sosml_friction.regression.curves.axes import SPEED
 
 MASS, LENGTH, ARMATURE, COULOMB, VISCOUS = 0.25, 0.16, 0.006, 0.1, 0.04
 
@@ -40,13 +41,13 @@ def answered(more):
     ],
 )
 def test_one_power_stands_in_the_place_of_three_causes_where_it_is_a_rival_of_them(
-    monkeypatch, count, gain, instead
+    count, gain, instead
 ):
     """It is as likely as they are from 80 on: what they explain, 100, less the price of 20."""
-    power = OnePower((None,) * count, 100.0, gain, 20.0)
-    monkeypatch.setattr(OnePower, 'of', lambda *_: power)
-    found = _instead(SimpleNamespace(robot=SimpleNamespace(n=1)), ())
-    assert [each.instead for each in found] == [True] * instead
+    bent = Leftover(SPEED, 0, 5.0, 4.0, 1.0, 0.0)
+    found = Remainder((bent,)).with_powers([OnePower(0, (None,) * count, 100.0, gain, 20.0)]).found
+    # In the place of what is left over speed it is the reason of it.
+    assert [(each.axis, each.instead) for each in found] == [(SPEED, instead)]
 
 
 def test_a_drag_that_looks_like_friction_of_slow_motion_may_be_either():
