@@ -436,9 +436,14 @@ def prepare(
     fewest = _SHORTEST_CYCLES if shortest_s is None else max(shortest_s * cutoff, 5.0)
     used = lasting(fewest, cutoff)
     if not used:
+        longest = max(
+            (len(own) * _step(own) for log in logs for own in even_stretches(log, cutoff)),
+            default=0.0,
+        )
         raise DataError(
-            'no stretch of the recording is long enough without a hole in position or effort: '
-            'record at least 10 s at one go'
+            f'{longest:.3g} s is the longest stretch without a hole in position or effort, and in '
+            f'the band of {cutoff:.3g} Hz, which noise and rate leave, {fewest / cutoff:.3g} s are '
+            'needed: record longer at one go, or at a higher rate'
         )
     prepared = [
         replace(

@@ -101,7 +101,8 @@ class WhitenedRegression:
         if len(y) < FEWEST * settings.blocks:
             raise DataError(
                 f'{len(y)} samples are left of the recording in the band of '
-                f'{signals[0].band.cutoff:.3g} Hz: record longer'
+                f'{signals[0].band.cutoff:.3g} Hz, which noise and rate leave, and '
+                f'{FEWEST * settings.blocks} are needed: record longer, or at a higher rate'
             )
         blocks = make_blocks(len(y), settings.blocks, settings.folds)
         nominal = rows.nominal

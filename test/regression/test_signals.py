@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import sosml_friction as sf
+from sosml_friction.exceptions import DataError
 from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -98,3 +99,11 @@ def test_a_rest_before_a_hole_says_nothing_of_the_band(first):
     # 1.4 of 31.8 s of rest make the mean square of the noise, f^-4, smaller by as much: 1.1 %;
     # the noise of the rest is of 15 000 samples, whose f is known to some 0.3 %.
     assert s.band.cutoff == pytest.approx(cutoff, rel=0.02)
+
+
+def test_a_recording_that_is_too_short_for_its_rate_says_how_long_it_has_to_be():
+    """At 20 Hz the band ends at a tenth of it, 2 Hz, of which 60 periods are 30 s."""
+    model, robot = pendulum()
+    slow = swinging(np.arange(0.0, 25.0, 0.05))
+    with pytest.raises(DataError, match=r'^25 s is the longest stretch .* 2 Hz.* 30 s are needed'):
+        prepare([slow], model, robot, DiagnosisSettings())
