@@ -441,9 +441,9 @@ def prepare(
             default=0.0,
         )
         raise DataError(
-            f'{longest:.3g} s is the longest stretch without a hole in position or effort, and in '
-            f'the band of {cutoff:.3g} Hz, which noise and rate leave, {fewest / cutoff:.3g} s are '
-            'needed: record longer at one go, or at a higher rate'
+            f'{longest:.3g} s is the longest stretch without a hole in position or effort, and '
+            f'{fewest / cutoff:.3g} s are needed in the band of {cutoff:.3g} Hz, which noise and '
+            'rate leave: record longer at one go, or at a higher rate'
         )
     prepared = [
         replace(
