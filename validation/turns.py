@@ -59,7 +59,7 @@ def residuals(log: JointLog, model: RobotModelFile, joints: tuple[int, ...]) -> 
     signals = tuple(prepare([log], model, robot, settings))
     rows = BandRows.make(signals, make_library(), settings)
     turning = with_rests(signals, turns=range(robot.n))
-    found = [TurnResidual.of(rows, i, signals, turning) for i in joints]
+    found = [TurnResidual.of(rows, i, turning) for i in joints]
     return [own for own in found if own is not None]
 
 

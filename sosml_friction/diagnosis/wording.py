@@ -14,6 +14,7 @@ from sosml_friction.diagnosis.decision.leftover import (
     BURSTS,
     FRICTION_BY,
     REST,
+    SLOW,
     TONE,
     TORQUE_BY,
     Leftover,
@@ -37,7 +38,7 @@ _MOST_NUMBERS = 3
 #: What is said in the place of numbers of a cause whose size would be wrong beyond its error.
 SIZE_UNKNOWN = 'present; its size is not known from these data'
 #: Forms of what is left that are no curve.
-_NO_CURVE = ('tone', 'ripple', 'bursts')
+_NO_CURVE = ('tone', 'ripple', 'bursts', SLOW)
 #: The sentence in the place of the gain.
 _NOT_MODELLED = (
     'The model is not extended: these data do not give numbers that would predict more.'
@@ -411,6 +412,11 @@ def _along(x: Leftover, joint: str, unit: str) -> str:
     number = f'{percent:.0f}' if percent >= 10.0 else f'{percent:.2g}'
     if x.axis == TONE:
         return f'{joint} has {x.axis} of {x.hertz:.3g} Hz: {number} % of what is left'
+    if x.axis == SLOW:
+        return (
+            f'most of what is left of {joint} is too slow for noise, in the lowest tenth of the '
+            'band: something acts that lasts'
+        )
     if x.axis == BURSTS:
         times = 'a short burst' if x.bursts == 1 else f'{x.bursts} short bursts, the largest'
         held = f' {number} % of what these and the named causes explain' if x.share < 1.0 else ''

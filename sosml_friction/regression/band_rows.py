@@ -16,7 +16,6 @@ from sosml_friction.regression.candidate import Candidate, make_candidates
 from sosml_friction.regression.column_norms import joints_acted_in
 from sosml_friction.regression.kernels import POINTS_AT_ONCE, ROWS_AT_ONCE
 from sosml_friction.regression.nominal import Nominal, make_nominal
-from sosml_friction.regression.rests import without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.structure import Structure
@@ -94,20 +93,6 @@ class BandRows:
         for candidate, (joints, columns) in zip(self.candidates, self.columns, strict=True):
             for k in np.flatnonzero(joints == joint):
                 yield candidate, [part[:, k] for part in columns]
-
-    def without_standstill(self, resting: tuple[Signals, ...]) -> BandRows:
-        """
-        Return the same without any effort that joints may take at standstill.
-
-        The arrays of ``self`` are overwritten: all grids together are the largest of a diagnosis.
-        """
-        joints = range(resting[0].robot.n)
-        for k, signals in enumerate(resting):
-            without_rests(self.residual[k], joints, signals.rests)
-            without_rests(self.nominal_columns[k], joints, signals.rests)
-            for rows, parts in (*self.columns, *self.structure_columns):
-                without_rests(parts[k], rows.tolist(), signals.rests)
-        return replace(self, signals=resting)
 
     def only(self, effects: Collection[str]) -> BandRows:
         """Return the same with some effects as candidates."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What no candidate explains: the noise of the recordings, and contacts and impacts in it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,10 +36,6 @@ _DRAWS = 8
 #: A point must also explain this many times the variance of a row. From chance alone one of 300
 #: points does so with a probability of 300 exp(-15 / 2) = 0.17 (chi-squared, cosine and sine).
 _CHANCE = 15.0
-#: The friction at standstill is unknown if the library leaves this many times the mean square of
-#: motion there. Measured: 8 to 12 for joints that creep (the emulator's), 5 beside late bus
-#: cycles; less for joints that stick, but up to 5 if a push holds one of them at standstill.
-MORE_AT_REST = 5.0
 
 
 @dataclass(frozen=True)
@@ -336,30 +332,6 @@ def _line(fit: LibraryFit, candidate: Candidate, best: int, seen: FloatArray) ->
         value = float(np.clip(value + more, values[0], values[-1]))
     line = columns(value)
     return line - fit.taken(line)
-
-
-def unknown_at_rest(
-    residuals: Sequence[LibraryResidual], resting: Sequence[Signals], pushed: BoolArray
-) -> frozenset[int]:
-    """
-    Return the joints of which the library leaves notably more at standstill than in motion.
-
-    There the sign of the last motion is not what friction is at standstill.
-
-    :param residuals: of all rows, and where there are pushes of the others as well.
-    :param pushed: rows of all stretches (rows, n) that pushes spoil.
-    """
-    found = set()
-    for residual, told in zip(residuals, (np.ones_like(pushed), ~pushed), strict=False):
-        for i, stretches in enumerate(residual.left):
-            moves = np.concatenate(
-                [in_motion(s, len(x))[:, i] for s, x in zip(resting, stretches, strict=True)]
-            )[told[:, i]]
-            if moves.any() and not moves.all():
-                square = np.concatenate(stretches)[told[:, i]] ** 2
-                if np.mean(square[~moves]) > MORE_AT_REST * np.mean(square[moves]):
-                    found.add(i)
-    return frozenset(found)
 
 
 def in_motion(signals: Signals, rows: int) -> BoolArray:

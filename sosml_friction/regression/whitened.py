@@ -31,7 +31,6 @@ from sosml_friction.regression.evidence import (
 from sosml_friction.regression.library_residual import (
     LibraryResidual,
     library_residual,
-    unknown_at_rest,
 )
 from sosml_friction.regression.noise_model import ORDER, NoiseModel
 from sosml_friction.regression.nominal import Nominal
@@ -79,22 +78,16 @@ class WhitenedRegression:
         :raises DataError: if the recordings are too short for the blocks.
         """
         step('computing the columns of all candidates')
-        rows = BandRows.make(signals, library, settings)
-        step('whitening')
-        resting = with_rests(signals)
         every = frozenset(range(signals[0].robot.n))
-        turning = with_rests(signals, turns=every)
-        beyond, pushed = _beside_pushes(rows, resting, settings)
-        # Where one creeps at rest others do, though more noise in their motion may hide it. One
-        # whose friction at rest is not known sticks in passing, too, for any time.
-        unknown = every if settings.moving_only else unknown_at_rest(beyond, resting, pushed)
-        unknown |= sticking_joints(rows, resting if unknown else signals, turning)
-        leave_out = bool(unknown)
-        if leave_out:
-            resting = with_rests(signals, turns=unknown)
-            rows = rows.without_standstill(resting)
-            beyond, pushed = _beside_pushes(rows, resting, settings)
-        whitening = Whitening.fit(rows, beyond, resting, leave_out, settings.tolerance, pushed)
+        turns = every if settings.moving_only else frozenset()
+        rows = BandRows.make(with_rests(signals, turns=turns), library, settings)
+        if not turns and (turns := sticking_joints(rows, with_rests(signals, turns=every))):
+            # All grids together are the largest of a diagnosis: two of them do not fit.
+            del rows
+            rows = BandRows.make(with_rests(signals, turns=turns), library, settings)
+        step('whitening')
+        left, pushed = _beside_pushes(rows, settings)
+        whitening = Whitening.fit(rows, left, pushed, settings.tolerance)
         if kept is not None:
             rows = rows.only(kept)
         y = whitening.apply(rows.residual)
@@ -236,7 +229,7 @@ def _joined(parts: Sequence[FloatArray]) -> FloatArray:
 
 
 def _beside_pushes(
-    rows: BandRows, resting: Sequence[Signals], settings: DiagnosisSettings
+    rows: BandRows, settings: DiagnosisSettings
 ) -> tuple[list[LibraryResidual], BoolArray]:
     """
     Return what all candidates leave, and beside it what they leave where nothing pushes.
@@ -245,7 +238,7 @@ def _beside_pushes(
     spoil are told as well.
     """
     left = [library_residual(rows)]
-    pushed = pushed_rows(rows, left[0].left, resting, settings.tolerance)
+    pushed = pushed_rows(rows, left[0].left, settings.tolerance)
     if pushed.any():
         left.append(library_residual(rows, pushed))
     return left, pushed

@@ -45,10 +45,8 @@ class Whitening:
         cls,
         rows: BandRows,
         libraries: Sequence[LibraryResidual],
-        resting: Sequence[Signals],
-        leave_out: bool,
-        tolerance: float,
         pushed: BoolArray,
+        tolerance: float,
     ) -> Whitening:
         """
         Return the whitening of the noise in a residual.
@@ -62,17 +60,17 @@ class Whitening:
         if pushed.any():
             ends = np.cumsum([len(part) for part in rows.residual])[:-1]
             before = np.concatenate([own[ORDER:] for own in np.split(pushed, ends)])
-        contacts = _contacts(rows, libraries[-1].left, resting, tolerance, before)
+        contacts = _contacts(rows, libraries[-1].left, tolerance, before)
         library, spoiled = libraries[0], contacts.mask
         if before is not None and contacts.contacts:
             library, spoiled = libraries[-1], spoiled | before
         models = []
         for i in range(rows.signals[0].robot.n):
             least = _LEAST_NOISE * max(float(rows.signals[0].scales.effort[i]), 1e-12)
-            pieces = partial(_pieces, rows.signals, i, leave_out, spoiled[:, i])
+            pieces = partial(_pieces, rows.signals, i, spoiled[:, i])
             models.append(library.noise(i, pieces, least))
         result = cls(tuple(models), contacts)
-        if leave_out or any(s.silent for s in rows.signals):
+        if any(s.rests or s.silent for s in rows.signals):
             return replace(result, standstill=result.rests(rows.signals))
         return result
 
@@ -99,17 +97,16 @@ class Whitening:
 def _pieces(
     signals: Sequence[Signals],
     joint: int,
-    leave_out: bool,
     contact: BoolArray,
     stretches: Sequence[FloatArray],
 ) -> list[FloatArray]:
     """
-    Return the pieces of a residual that are noise: without contacts, and rests that are left out.
+    Return the pieces of a residual that are noise: without contacts and rests.
 
     All that is known where no piece is long enough.
     """
     told = [(s, x) for s, x in zip(signals, stretches, strict=True) if joint not in s.silent]
-    if not leave_out and not contact.any():
+    if not contact.any() and not any(s.rests for s in signals):
         return [x for _, x in told] or list(stretches)
     pieces = []
     first = 0
@@ -124,11 +121,10 @@ def _pieces(
 def pushed_rows(
     rows: BandRows,
     left: Sequence[Sequence[FloatArray]],
-    resting: Sequence[Signals],
     tolerance: float,
 ) -> BoolArray:
     """Return the rows of all stretches in the band (rows, n) that are none of a motion alone."""
-    found = _contacts(rows, left, resting, tolerance)
+    found = _contacts(rows, left, tolerance)
     parts, first = [np.zeros(part.shape, dtype=np.bool_) for part in rows.residual], 0
     if found.contacts:
         for own in parts:
@@ -140,7 +136,6 @@ def pushed_rows(
 def _contacts(
     rows: BandRows,
     left: Sequence[Sequence[FloatArray]],
-    resting: Sequence[Signals],
     tolerance: float,
     before: BoolArray | None = None,
 ) -> Contacts:
@@ -164,9 +159,16 @@ def _contacts(
     reversing = [k for k, name in enumerate(rows.nominal.names) if ' reversal ' in name]
     most = rows.nominal.bound[reversing]
     for s, Z, nominal, *own in zip(
-        resting, rows.nominal_columns, rows.residual, *left, strict=True
+        rows.signals, rows.nominal_columns, rows.residual, *left, strict=True
     ):
-        x = np.stack(own, axis=1)
+        x, nominal = np.stack(own, axis=1), nominal.copy()
+        effort = s.band.apply(s.tau)
+        # Where a joint stays, only friction and a push change its effort, whatever the model.
+        for rest in s.rests:
+            if rest.base is None:
+                held = effort[rest.rows, rest.joint]
+                for residual in (x, nominal):
+                    residual[rest.rows, rest.joint] = held - np.median(held)
         moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
         # Nor is what is left of a slow plateau, where hardly anything acts, that of a motion.
         rests = sorted({rest.joint for rest in s.rests})
@@ -175,7 +177,7 @@ def _contacts(
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, 1.0)
         residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
-        wrong = second * np.abs(s.band.apply(s.tau))
+        wrong = second * np.abs(effort)
         wrong += moves * (np.abs(Z[:, :, reversing]) @ most)
         columns = (residual, s.band.at_rows(s.time), s.band.at_rows(body), moves, nominal, wrong)
         parts.append([column[seen] for column in columns])

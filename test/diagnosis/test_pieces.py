@@ -22,6 +22,7 @@ from sosml_friction.diagnosis.decision.leftover import (
     AXES,
     BURSTS,
     FRICTION_BY,
+    SLOW,
     TONE,
     TORQUE_BY,
 )
@@ -399,5 +400,5 @@ def test_every_axis_of_what_is_left_is_in_the_schema():
     axes = json.loads(schema.read_text())['properties']['structure']['properties']['axes']
     one, two = axes['items']['properties']['axis']['anyOf']
     friction = {f'{FRICTION_BY}{axis}' for axis in (*AXES, BACK_AND_FORTH)}
-    assert set(one['enum']) == {TONE, BURSTS, *AXES, *friction, f'{TORQUE_BY}{POSITION}'}
+    assert set(one['enum']) == {TONE, BURSTS, SLOW, *AXES, *friction, f'{TORQUE_BY}{POSITION}'}
     assert re.search(two['pattern'], f'{AXES[0]} and {AXES[1]}{AT_ONCE}')

@@ -15,7 +15,7 @@ from sosml_friction.regression.curves.axes import (
 )
 from sosml_friction.regression.rival import VERY_STRONG
 
-TONE, BURSTS = 'a tone', 'bursts'
+TONE, BURSTS, SLOW = 'a tone', 'bursts', 'slow effort'
 #: Free curves of each axis, and of friction that follows it, in the order of their columns.
 AXES = (SPEED, POSITION, ACCELERATION, LOAD, TIME, *NEIGHBOURS, *NEIGHBOURS)
 FRICTION_BY = 'friction by '
@@ -53,6 +53,8 @@ class Leftover:
     """
     Hold what a free curve of a joint, a tone, a ripple, bursts, or one power of speed explain.
 
+    Or that part of what is left which is too slow for noise.
+
     ``energy``: whitened energy that nothing else explains; ``floor``: what it has to exceed.
     ``share``: of all that the causes of the joint and it explain; ``least``: the largest share
     beside which the causes are the whole. ``instead``: one power of speed that explains more than
@@ -76,9 +78,11 @@ class Leftover:
 
     @property
     def form(self) -> str:
-        """Return what it is: a tone, a ripple, bursts, a power of speed or a free curve."""
+        """Return what it is: a tone, bursts, slow effort, a ripple, a power or a free curve."""
         if self.hertz or self.bursts:
             return 'tone' if self.hertz else 'bursts'
+        if self.axis == SLOW:
+            return SLOW
         return 'ripple' if self.period else 'power of speed' if self.instead else 'free curve'
 
     @property

@@ -28,6 +28,7 @@ from sosml_friction.diagnosis.decision.one_power import OnePower
 from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
 from sosml_friction.diagnosis.decision.slow_noise import noise_where
+from sosml_friction.diagnosis.decision.slow_rest import slow_rest
 from sosml_friction.diagnosis.decision.tones import TONE_SHARE, tones
 from sosml_friction.diagnosis.trust import scale_tolerance
 from sosml_friction.model.terms.cogging import Cogging
@@ -177,6 +178,9 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         share = share_beside(burst.energy, float(named[i]))
         beyond = Leftover(BURSTS, i, burst.energy, burst.floor, share, REST)
         found.append(replace(beyond, bursts=burst.count, at_s=burst.at_s))
+    told_of = {x.joint for x in found if x.significant}
+    slid = [np.where(far, x, 0.0) for x in residuals[:2]]
+    found += [x for i in told if i not in told_of and (x := slow_rest(laboratory, slid, i))]
     powers = [OnePower.of(laboratory, accepted, i) for i in range(laboratory.robot.n)]
     left_over = Remainder(tuple(found), explained, float(named.sum()))
     return left_over.with_powers([power for power in powers if power is not None])

@@ -103,7 +103,10 @@ class Selector:
         lab = self.laboratory
         while True:
             columns = [its.beside(result.system) for its in lab.columns]
-            found = self.scorer.ranked(result.fit, columns)
+            # The law of a joint has each term once: more of one is another law.
+            law = {finding.key for finding in result.accepted if finding.effect.of_law}
+            ranking = self.scorer.ranked(result.fit, columns)
+            found = [finding for finding in ranking if finding.key not in law]
             if not result.ranking:
                 result = replace(result, ranking=tuple(found[:_LISTED]))
             self._impossible = impossible_energy(found)

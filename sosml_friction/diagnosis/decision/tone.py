@@ -112,13 +112,13 @@ def strongest_tone(
     best = int(np.argmax(found))
     energy = 2.0 / told * float(found[best])
     # Parseval: of a real signal each line stands for itself and its mirror.
-    effort = power[inside] / _gain(noise, step, hertz[inside])
+    effort = power[inside] / gain(noise, step, hertz[inside])
     every = 2.0 / count * float(effort.sum())
-    share = min(1.0, energy / float(_gain(noise, step, near[[best]])[0]) / every)
+    share = min(1.0, energy / float(gain(noise, step, near[[best]])[0]) / every)
     return Tone(float(near[best]), share, chance, energy)
 
 
-def _gain(noise: NoiseModel, step: float, hertz: FloatArray) -> FloatArray:
+def gain(noise: NoiseModel, step: float, hertz: FloatArray) -> FloatArray:
     """Return the power gain of the whitening at frequencies [Hz]."""
     lag = np.arange(len(noise.whitening))
     turns = np.exp(-2j * np.pi * step * np.outer(hertz, lag))
