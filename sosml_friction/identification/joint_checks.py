@@ -276,7 +276,10 @@ def _refusal(
     name, unit, limit = robot.names[i], robot.effort_units[i], robot.limits[i]
     way, other, per_unit = ('rad', 'degrees', 180.0 / np.pi) if unit == 'Nm' else ('m', 'mm', 1e3)
     convert = 'degrees to rad' if unit == 'Nm' else 'millimetres to m'
-    wrong_unit = f'convert {convert} in the driver or the mapping, or correct the URDF'
+    wrong_unit = (
+        f'convert {convert} in the driver or the mapping, divide what is of a motor by the ratio '
+        'of its gear, or correct the URDF'
+    )
     if (
         effort is not None
         and effort.unit is not None

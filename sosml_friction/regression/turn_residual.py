@@ -81,7 +81,7 @@ class TurnResidual:
             for effect, inner, C in there:
                 C = without(C[used].astype(np.float64))
                 x = np.linalg.lstsq(C, y, rcond=1e-9)[0]
-                error = np.sqrt(noise * np.diag(np.linalg.pinv(C.T @ C)))
+                error = np.sqrt(noise * np.maximum(np.diag(np.linalg.pinv(C.T @ C)), 0.0))
                 found = Fitted(rows.signals[0], joint, inner, effect.whole(np.asarray(x)), error)
                 # What is impossible acts nowhere.
                 if not effect.implausible(found):

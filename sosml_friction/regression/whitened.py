@@ -90,10 +90,11 @@ class WhitenedRegression:
         whitening = Whitening.fit(rows, left, pushed, settings.tolerance)
         if kept is not None:
             rows = rows.only(kept)
-        y = whitening.apply(rows.residual)
-        if len(y) < FEWEST * settings.blocks:
+        y, standstill = whitening.apply(rows.residual), whitening.standstill
+        known = np.full(y.shape[1], float(len(y))) if standstill is None else standstill.known()
+        if known.max() < FEWEST * settings.blocks:
             raise DataError(
-                f'{len(y)} samples are left of the recording in the band of '
+                f'{known.max():.0f} samples of a motion are left of the recording in the band of '
                 f'{signals[0].band.cutoff:.3g} Hz, which noise and rate leave, and '
                 f'{FEWEST * settings.blocks} are needed: record longer, or at a higher rate'
             )
@@ -106,8 +107,6 @@ class WhitenedRegression:
             _whitened(system, whitening, entries)
             for entries in (rows.columns, rows.structure_columns)
         )
-        standstill = whitening.standstill
-        known = np.full(y.shape[1], float(len(y))) if standstill is None else standstill.known()
         return cls(settings, rows, whitening, known, y, system, columns, structure)
 
     @cached_property
@@ -117,7 +116,7 @@ class WhitenedRegression:
 
     @property
     def signals(self) -> tuple[Signals, ...]:
-        """Return the stretches, with their rests where these are left out."""
+        """Return the stretches, with their rests."""
         return self.rows.signals
 
     @property
@@ -152,12 +151,12 @@ class WhitenedRegression:
 
     @property
     def without_rests(self) -> bool:
-        """Tell whether standstill is left out."""
+        """Tell whether any joint rests."""
         return any(signals.rests for signals in self.signals)
 
     def seen_alike(self, others: Sequence[Signals]) -> list[Signals]:
-        """Return stretches of another recording, without rests where these are without."""
-        return list(with_rests(others, self.signals) if self.without_rests else others)
+        """Return stretches of another recording, without the rests of the joints that stop."""
+        return list(with_rests(others, (*self.signals, *others)))
 
     def unwhitened(self) -> tuple[FloatArray, FloatArray]:
         """Return residual (rows, n) and nominal columns (rows, n, p) in the band, unwhitened."""

@@ -32,8 +32,8 @@ class Whitening:
     """
     Hold the noise of each joint, and where whitened rows say nothing.
 
-    ``contacts``: contacts and impacts; ``standstill``: None where friction at standstill is known,
-    and the effort of every joint.
+    ``contacts``: contacts and impacts; ``standstill``: None where no joint rests and the effort of
+    every one is known.
     """
 
     noise: tuple[NoiseModel, ...]
@@ -103,7 +103,7 @@ def _pieces(
     """
     Return the pieces of a residual that are noise: without contacts and rests.
 
-    All that is known where no piece is long enough.
+    Shorter ones where none is long enough, and all that is known where there is none.
     """
     told = [(s, x) for s, x in zip(signals, stretches, strict=True) if joint not in s.silent]
     if not contact.any() and not any(s.rests for s in signals):
@@ -114,8 +114,10 @@ def _pieces(
         spoiled = ~in_motion(s, len(x))[:, joint]
         spoiled[ORDER:] |= contact[first : first + len(x) - ORDER]
         first += len(x) - ORDER
-        pieces += [x[a:b] for a, b in runs(~spoiled) if b - a > _PIECE * ORDER]
-    return pieces or list(stretches)
+        if joint not in s.silent:
+            pieces += [x[a:b] for a, b in runs(~spoiled) if b - a > ORDER]
+    long = [piece for piece in pieces if len(piece) > _PIECE * ORDER]
+    return long or pieces or [x for _, x in told] or list(stretches)
 
 
 def pushed_rows(
@@ -154,21 +156,12 @@ def _contacts(
     friction = 2.0 * _coulomb(rows)
     parts = []
     band = rows.signals[0].band
-    # With the rests that were taken out: zeros are no usual size, whether friction there is known
-    # or not.
     reversing = [k for k, name in enumerate(rows.nominal.names) if ' reversal ' in name]
     most = rows.nominal.bound[reversing]
     for s, Z, nominal, *own in zip(
         rows.signals, rows.nominal_columns, rows.residual, *left, strict=True
     ):
         x, nominal = np.stack(own, axis=1), nominal.copy()
-        effort = s.band.apply(s.tau)
-        # Where a joint stays, only friction and a push change its effort, whatever the model.
-        for rest in s.rests:
-            if rest.base is None:
-                held = effort[rest.rows, rest.joint]
-                for residual in (x, nominal):
-                    residual[rest.rows, rest.joint] = held - np.median(held)
         moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
         # Nor is what is left of a slow plateau, where hardly anything acts, that of a motion.
         rests = sorted({rest.joint for rest in s.rests})
@@ -176,9 +169,18 @@ def _contacts(
         moves[:, rests] &= ~slow[:, rests]
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, 1.0)
-        residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
-        wrong = second * np.abs(effort)
+        wrong = second * np.abs(s.band.apply(s.tau))
         wrong += moves * (np.abs(Z[:, :, reversing]) @ most)
+        # While a joint stays, friction and a push change its effort, and what the model of the
+        # other joints' motion is wrong by.
+        needed, held = s.band.apply(s.rigid), s.band.apply(s.tau - s.rigid)
+        for rest in s.rests:
+            i, rows_there = rest.joint, np.arange(rest.rows.start, rest.rows.stop)
+            there = rows_there[slow[rest.rows, i]]
+            if rest.base is None and i not in s.silent and len(there):
+                x[there, i] = nominal[there, i] = held[there, i] - np.median(held[there, i])
+                wrong[there, i] += tolerance * np.ptp(needed[there, i])
+        residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
         columns = (residual, s.band.at_rows(s.time), s.band.at_rows(body), moves, nominal, wrong)
         parts.append([column[seen] for column in columns])
     residual, times, load, moving, expected, wrong = map(np.concatenate, zip(*parts, strict=True))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from known_robots import SLIDER_MASS, recording, slider_model, slider_recording
 
+import sosml_friction as sf
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.model.terms.stribeck import Stribeck
 from sosml_friction.regression import library_residual as residuals
@@ -256,3 +257,32 @@ def test_rows_that_say_nothing_change_no_step_in_time(monkeypatch, friction):
     # Each time that of effort is tried, and that of friction.
     heights = [max(two)[1] for two in zip(steps[::2], steps[1::2], strict=True)]
     assert heights == pytest.approx(4 * [30.0], rel=0.02)
+
+
+def test_what_another_joint_does_to_one_at_rest_is_no_push(make_serial_arm):
+    """Two links under gravity: the shoulder holds, and the elbow moves what it carries."""
+    urdf, step = make_serial_arm(['revolute'] * 2), 4e-3
+    model = sf.Model.from_urdf(urdf, {'j1': 0.01, 'j2': 0.01}).content
+    robot = model.make_robot()
+    s = np.linspace(0.0, 1.0, 250)
+    move = 0.5 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    one = np.concatenate([move, np.full(600, 0.5), 0.5 - move, np.zeros(600)])
+    t = step * np.arange(8 * len(one))
+    q = np.column_stack([np.tile(one, 8), 0.6 * np.sin(2.0 * np.pi * 0.4 * t)])
+    v = np.gradient(q, step, axis=0)
+    a = np.gradient(v, step, axis=0)
+    moved = np.where(np.abs(v) > 1e-9, np.arange(len(t))[:, None], 0)
+    last = np.sign(np.take_along_axis(v, np.maximum.accumulate(moved), axis=0))
+    held = np.array([robot.inverse_dynamics(*each) for each in zip(q, v, a, strict=True)])
+    carried = np.ptp(held[:, 0])
+    rng = np.random.default_rng(2)
+    tau = held + 0.02 * carried * last + 0.01 * carried * rng.standard_normal(q.shape)
+    q += 2e-5 * rng.standard_normal(q.shape)
+    t_ns = np.rint(1e9 * t).astype(np.int64)
+    log = sf.JointLog(('j1', 'j2'), t_ns, q, np.full_like(q, np.nan), tau)
+    settings = DiagnosisSettings()
+    found = WhitenedRegression.make(
+        prepare([log], model, robot, settings), {'stribeck': Stribeck()}, settings
+    )
+    assert any(rest.joint == 0 for rest in found.signals[0].rests)
+    assert not found.contacts.contacts

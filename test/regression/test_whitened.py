@@ -55,7 +55,7 @@ def test_what_holds_a_joint_at_rest_is_asked_nowhere(change):
         signals = prepare([log], model, robot, settings)
         found.append(WhitenedRegression.make(signals, make_library(), settings))
     one, other = found
-    # Half of this recording is rest, and what the filter reaches beside it.
-    assert 0.5 < 1.0 - one.known[0] / len(one.y) < 0.7
+    # Half of this recording is rest, and a fifth what the low-pass reaches beside it.
+    assert 0.5 < 1.0 - one.known[0] / len(one.y) < 0.8
     # A sine is no broken line between rows of the band; noise is 1.
     assert other.y == pytest.approx(one.y, abs=0.05)

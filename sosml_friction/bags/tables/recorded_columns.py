@@ -428,8 +428,8 @@ class RecordedColumns:
         entry['scale'] = FILL_IN
         per = slope.factor * si / (UNITS['velocity'].get(entry['unit']) or 1.0)
         return entry, (
-            f'{told}: no unit explains it; a scale of {per:.4g} makes it the slope; without this '
-            'line the velocity comes from position'
+            f'{told}: no unit explains it, but stamps of another rate would; a scale of '
+            f'{per:.4g} makes it the slope; without this line the velocity comes from position'
         )
 
     def _remark(self, sentence: str) -> None:

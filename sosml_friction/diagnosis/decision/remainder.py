@@ -58,7 +58,7 @@ RIPPLE = 0.03
 @dataclass(frozen=True)
 class Remainder:
     """
-    Hold what free curves, tones, ripples and powers of speed explain beside the causes.
+    Hold what free curves, tones, ripples, bursts, slow effort and powers of speed explain.
 
     ``explained`` (n,): share of what is left of each joint that all free curves explain together;
     ``named``: whitened energy that the causes explain, but for numbers of the nominal model.
@@ -178,12 +178,14 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         share = share_beside(burst.energy, float(named[i]))
         beyond = Leftover(BURSTS, i, burst.energy, burst.floor, share, REST)
         found.append(replace(beyond, bursts=burst.count, at_s=burst.at_s))
-    told_of = {x.joint for x in found if x.significant}
-    slid = [np.where(far, x, 0.0) for x in residuals[:2]]
-    found += [x for i in told if i not in told_of and (x := slow_rest(laboratory, slid, i))]
     powers = [OnePower.of(laboratory, accepted, i) for i in range(laboratory.robot.n)]
     left_over = Remainder(tuple(found), explained, float(named.sum()))
-    return left_over.with_powers([power for power in powers if power is not None])
+    left_over = left_over.with_powers([power for power in powers if power is not None])
+    # What says more of it comes first.
+    told_of = {x.joint for x in left_over.significant}
+    slid = [np.where(far, x, 0.0) for x in residuals[:2]]
+    lasting = [slow_rest(laboratory, slid, i) for i in told if i not in told_of]
+    return replace(left_over, found=(*left_over.found, *(x for x in lasting if x is not None)))
 
 
 def scale_columns(laboratory: WhitenedRegression) -> list[CandidateColumns]:

@@ -13,9 +13,9 @@ from sosml_friction.regression.whitened import WhitenedRegression
 
 #: The slowest part of the band, as a share of it.
 _SLOW = 0.1
-#: Largest share of the power of noise that is in there. White noise has a tenth; a drive that
-#: smooths its effort as slowly, with a low-pass of first order at that frequency, makes it
-#: atan(1) / atan(10) = 0.53, and none does.
+#: Largest share of the power of noise that is in there. White noise has a tenth; noise behind
+#: a low-pass of first order at that frequency, of a drive that smooths its effort, has
+#: atan(1) / atan(10) = 0.53.
 _SHARE = 0.5
 
 
@@ -30,9 +30,10 @@ def slow_power(
 
     :param left: whitened rows (rows, n).
     """
-    band, noise = laboratory.signals[0].band, laboratory.noise[joint]
+    noise = laboratory.noise[joint]
     slow = every = 0.0
-    for part in laboratory.split(left):
+    for signals, part in zip(laboratory.signals, laboratory.split(left), strict=True):
+        band = signals.band
         hertz = np.fft.rfftfreq(len(part), band.output_step).astype(np.float64)
         inside = hertz < band.cutoff
         power = np.abs(np.fft.rfft(part[:, joint]))[inside] ** 2 / len(part)

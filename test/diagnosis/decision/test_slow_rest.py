@@ -41,10 +41,11 @@ def smoothed_noise(t, v, rng):
 
 @pytest.mark.parametrize('hidden', [wandering, giving_way])
 def test_an_effort_that_lasts_and_has_no_name_is_no_noise(hidden):
-    """The structure is unknown, of a slow effort or of a curve that says more of it."""
+    """The structure is unknown, and the sentence says that something lasts."""
     found = told(hidden)
     assert found.verdict == 'unknown_structure'
-    assert found.selection.remainder.significant
+    assert [x.axis for x in found.selection.remainder.significant] == [SLOW]
+    assert 'too slow for noise' in found.sentence
 
 
 @pytest.mark.parametrize('hidden', [nothing, smoothed_noise])
