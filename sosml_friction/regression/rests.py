@@ -28,12 +28,6 @@ _ON = 10.0
 #: a reversal in passing. Halved and doubled, no answer of ``python -m validation.sensitivity
 #: --seed 1`` changes.
 _STOP, _STOP_S = 3.0, 0.2
-#: A slow moment no longer than this [s] is a reversal in passing, where friction is that of the
-#: sign, unless the joint sticks there. With none, gears that give are shown by less: of ``python
-#: -m validation.campaign --seed 20261309 --trials 16 --kinds double`` one of two was lost. With
-#: that of a stop, joints that creep to rest bent Stribeck friction of another's simulator: .78 for
-#: .99 Nm (no command prints these).
-_PASSING_S = 0.1
 #: Rests that overlap are one for so many rows of the band at most: time and memory of one base
 #: grow with the third and the second power. Chosen so that a parting, 2 half / factor + ORDER = 26
 #: rows, costs 5 % of them.
@@ -213,9 +207,8 @@ def find_rests(
         found = _slow(own, band, float(limit[i]), float(speed[i]))
         if found == [(0, len(q))]:
             continue
-        found = [(a, b) for a, b in found if i in turns or b - a > _PASSING_S / band.step]
+        found += _stops_in_passing(own, band, float(limit[i]))
         if i in turns:
-            found += _stops_in_passing(own, band, float(limit[i]))
             around = turning(own, float(limit[i]))
             # One that turns around most of the time does not move: that is noise of position.
             if 2 * sum(end - begin for begin, end in around) <= len(q):

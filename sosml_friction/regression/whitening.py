@@ -161,7 +161,7 @@ def _contacts(
     for s, Z, nominal, *own in zip(
         rows.signals, rows.nominal_columns, rows.residual, *left, strict=True
     ):
-        x, nominal = np.stack(own, axis=1), nominal.copy()
+        x = np.stack(own, axis=1)
         moves, seen = in_motion(s, len(x)), slice(ORDER, len(x))
         # Nor is what is left of a slow plateau, where hardly anything acts, that of a motion.
         rests = sorted({rest.joint for rest in s.rests})
@@ -171,15 +171,6 @@ def _contacts(
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, 1.0)
         wrong = second * np.abs(s.band.apply(s.tau))
         wrong += moves * (np.abs(Z[:, :, reversing]) @ most)
-        # While a joint stays, friction and a push change its effort, and what the model of the
-        # other joints' motion is wrong by.
-        needed, held = s.band.apply(s.rigid), s.band.apply(s.tau - s.rigid)
-        for rest in s.rests:
-            i, rows_there = rest.joint, np.arange(rest.rows.start, rest.rows.stop)
-            there = rows_there[slow[rest.rows, i]]
-            if rest.base is None and i not in s.silent and len(there):
-                x[there, i] = nominal[there, i] = held[there, i] - np.median(held[there, i])
-                wrong[there, i] += tolerance * np.ptp(needed[there, i])
         residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
         columns = (residual, s.band.at_rows(s.time), s.band.at_rows(body), moves, nominal, wrong)
         parts.append([column[seen] for column in columns])

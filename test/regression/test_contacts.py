@@ -117,32 +117,6 @@ def test_what_a_model_may_be_wrong_by_is_no_push_and_more_than_that_is(noise):
     assert find_contacts(e + 0.5 * fast, t, STEP).contacts
 
 
-@pytest.mark.parametrize(('change', 'found'), [(-1.8, False), (1.8, False), (3.5, True)])
-def test_what_friction_may_be_at_rest_is_no_push_and_more_than_that_is(change, found):
-    """
-    A joint that sticks has any friction up to its 1 N, to either side: 2 N apart.
-
-    A push is seen by what it changes while the joint stays: here 0.4 of 1.2 s.
-    """
-    step, dwell = 4e-3, 300
-    s = np.linspace(0.0, 1.0, 300)
-    move = 0.1 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-    ends = np.full(dwell, 0.1)
-    q = np.tile(np.concatenate([move, ends, 0.1 - move, 0.0 * ends]), 20)
-    v = np.gradient(q, step)
-    # The sign of the last motion stays.
-    moved = np.where(np.abs(v) > 1e-9, np.arange(len(q)), 0)
-    sign = np.sign(v[np.maximum.accumulate(moved)])
-    tau = SLIDER_MASS * np.gradient(v, step) + sign + 200.0 * v
-    tau += np.random.default_rng(0).normal(0.0, 0.5, len(q))
-    tau[4 * 600 - 200 : 4 * 600 - 100] += change
-    log, model = recording(('slider',), step * np.arange(len(q)), q, tau), slider_model(1.0, 200.0)
-    settings = DiagnosisSettings()
-    signals = prepare([log], model, model.make_robot(), settings)
-    contacts = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings).contacts
-    assert bool(contacts.contacts) is found
-
-
 def test_a_joint_that_rests_most_of_the_time_is_not_pushed_as_it_moves():
     """What it leaves at rest is taken for friction, and nothing is no usual size to divide by."""
     step, dwell = 4e-3, 700
