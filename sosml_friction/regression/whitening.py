@@ -169,9 +169,9 @@ def _contacts(
         moves[:, rests] &= ~slow[:, rests]
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, 1.0)
+        residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
         wrong = second * np.abs(s.band.apply(s.tau))
         wrong += moves * (np.abs(Z[:, :, reversing]) @ most)
-        residual = x - np.where(moves, 0.0, np.clip(x, -friction, friction))
         columns = (residual, s.band.at_rows(s.time), s.band.at_rows(body), moves, nominal, wrong)
         parts.append([column[seen] for column in columns])
     residual, times, load, moving, expected, wrong = map(np.concatenate, zip(*parts, strict=True))

@@ -27,8 +27,8 @@ from sosml_friction.diagnosis.decision.leftover import (
 from sosml_friction.diagnosis.decision.one_power import OnePower
 from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
+from sosml_friction.diagnosis.decision.slow_effort import slow_effort
 from sosml_friction.diagnosis.decision.slow_noise import noise_where
-from sosml_friction.diagnosis.decision.slow_rest import slow_rest
 from sosml_friction.diagnosis.decision.tones import TONE_SHARE, tones
 from sosml_friction.diagnosis.trust import scale_tolerance
 from sosml_friction.model.terms.cogging import Cogging
@@ -184,7 +184,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     # What says more of it comes first.
     told_of = {x.joint for x in left_over.significant}
     slid = [np.where(far, x, 0.0) for x in residuals[:2]]
-    lasting = [slow_rest(laboratory, slid, i) for i in told if i not in told_of]
+    lasting = [slow_effort(laboratory, slid, i) for i in told if i not in told_of]
     return replace(left_over, found=(*left_over.found, *(x for x in lasting if x is not None)))
 
 

@@ -103,10 +103,7 @@ class Selector:
         lab = self.laboratory
         while True:
             columns = [its.beside(result.system) for its in lab.columns]
-            # The law of a joint has each term once: more of one is another law.
-            law = {finding.key for finding in result.accepted if finding.effect.of_law}
-            ranking = self.scorer.ranked(result.fit, columns)
-            found = [finding for finding in ranking if finding.key not in law]
+            found = _once(self.scorer.ranked(result.fit, columns), result.accepted)
             if not result.ranking:
                 result = replace(result, ranking=tuple(found[:_LISTED]))
             self._impossible = impossible_energy(found)
@@ -308,6 +305,16 @@ def _alike(one: Finding, other: Finding) -> bool:
     """Tell whether two causes of a joint are one effect, or efforts over position."""
     position = all(cause.effect.free_axis == 'position' for cause in (one, other))
     return one.joint == other.joint and (position or one.effect is other.effect)
+
+
+def _once(ranking: Sequence[Finding], accepted: Sequence[Finding]) -> list[Finding]:
+    """
+    Return the candidates but for accepted terms of a joint's friction law.
+
+    It has each term once: more of one is another law, which no model file holds.
+    """
+    law = {finding.key for finding in accepted if finding.effect.of_law}
+    return [finding for finding in ranking if finding.key not in law]
 
 
 def _cancel(one: FloatArray, other: FloatArray) -> bool:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a search begins with, and which causes cannot stand beside one another."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from known_robots import (
@@ -13,9 +15,11 @@ from known_robots import (
 )
 
 from sosml_friction.diagnosis import diagnosis
-from sosml_friction.diagnosis.decision.selector import Selector, _cancel
+from sosml_friction.diagnosis.decision.selector import Selector, _cancel, _once
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.simple_models import pendulum_model
+from sosml_friction.model.terms.cogging import Cogging
+from sosml_friction.model.terms.stribeck import Stribeck
 from sosml_friction.regression.settings import DiagnosisSettings
 
 _SETTINGS = DiagnosisSettings(band=15.0)
@@ -80,3 +84,13 @@ def test_where_the_friction_of_all_joints_is_right_none_of_it_stays(monkeypatch)
     monkeypatch.setattr(Selector, 'run', lambda self, _: run(self, all_friction=True))
     found = diagnose([arm_recording(1)], arm_model(), None, _SETTINGS)
     assert (found.verdict, found.causes, found.tolerated) == ('nothing_above_floor', (), ())
+
+
+def test_a_law_has_each_term_once_and_a_joint_a_ripple_of_many_waves():
+    """Two Stribeck terms of one joint made a model that no command read."""
+    own, other, ripple = (
+        SimpleNamespace(key=(effect.identifier, joint), effect=effect)
+        for effect, joint in ((Stribeck(), 0), (Stribeck(), 1), (Cogging(), 0))
+    )
+    assert _once([own, other, ripple], []) == [own, other, ripple]
+    assert _once([own, other, ripple], [own, ripple]) == [other, ripple]

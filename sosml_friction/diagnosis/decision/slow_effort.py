@@ -43,7 +43,7 @@ def slow_power(
     return slow, every
 
 
-def slow_rest(
+def slow_effort(
     laboratory: WhitenedRegression, left: Sequence[FloatArray], joint: int
 ) -> Leftover | None:
     """
