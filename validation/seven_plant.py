@@ -11,7 +11,7 @@ the nominal by a Gaussian of 1 %, cut off at 3 %: all are within the tolerance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -45,6 +45,8 @@ VISCOUS = np.array([4.0, 4.0, 3.0, 3.0, 1.0, 0.8, 0.5])
 NOISE, COUNT = 1e-3, 2.0 * np.pi / 2**19
 #: Widths v0 of the sign of friction [rad/s], and rates [Hz], of which one is drawn.
 WIDTHS, RATES = (0.001, 0.002, 0.004), (250.0, 500.0)
+#: A payload is a point somewhere about the flange, in the last link's frame [m].
+_NEAREST, _FARTHEST = np.array([-0.08, -0.08, 0.05]), np.array([0.08, 0.08, 0.25])
 #: Derivatives of the motion are taken at so many times the rate.
 _OVER = 8
 #: Size of each effect [least, most]: shares of Coulomb friction, or as said.
@@ -70,7 +72,7 @@ OF_ROBOT = ('payload', 'effort_delay')
 
 @dataclass(frozen=True)
 class Arm:
-    """Hold the numbers of an arm, as the module's."""
+    """Hold the numbers of an arm, as the module's, and a point mass on its last link."""
 
     mass: np.ndarray
     centre: np.ndarray
@@ -78,6 +80,8 @@ class Arm:
     rotor: np.ndarray
     coulomb: np.ndarray
     viscous: np.ndarray
+    payload: float = 0.0
+    place: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @classmethod
     def nominal(cls) -> Arm:
@@ -105,6 +109,14 @@ class Arm:
                 f'<child link="l{k}"/><origin xyz="{_PLACES[k]}"/><axis xyz="{_AXES[k]}"/>'
                 f'<limit lower="-2.9" upper="2.9" effort="{EFFORT[k]}" velocity="2.5"/></joint>'
             )
+        if self.payload:
+            place = ' '.join(f'{x:.17g}' for x in self.place)
+            parts.append(
+                f'<link name="payload"><inertial><origin xyz="{place}"/>'
+                f'<mass value="{self.payload:.17g}"/><inertia ixx="1e-9" iyy="1e-9" izz="1e-9" '
+                f'ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="flange" type="fixed">'
+                f'<parent link="l6"/><child link="payload"/></joint>'
+            )
         return ''.join([*parts, '</robot>'])
 
     def effort(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -119,6 +131,12 @@ class Arm:
             mujoco.mj_inverse(model, data)
             result[k] = data.qfrc_inverse
         return result
+
+
+def place_of(payload: float) -> tuple[float, ...]:
+    """Return where a payload is, by numbers of its own: the rest is drawn as without it."""
+    own = np.random.default_rng(round(1e6 * payload))
+    return tuple(own.uniform(_NEAREST, _FARTHEST).tolist())
 
 
 def sines(rng: np.random.Generator, t: np.ndarray) -> np.ndarray:
@@ -166,7 +184,7 @@ def recording(
     a = np.gradient(v, fine, axis=0)
     t, q, v, a = (x[::_OVER] for x in (t, q, v, a))
     if effect == 'payload':
-        arm.mass[6] += size
+        arm = replace(arm, payload=size, place=place_of(size))
     if effect == 'inertia':
         arm.rotor[i] *= 1.0 + size * way
     load = arm.effort(q, v, a)

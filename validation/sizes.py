@@ -69,7 +69,7 @@ def true_values(trial: Trial) -> dict[str, float]:
         'effort_delay': {'delay': hidden.delay},
         # About the joints' axis, of which only the horizontal part turns gravity.
         'gravity_tilt': {'rotation_y': hidden.tilt * bp.GRAVITY / 9.81},
-        'payload': {'mass': hidden.payload, 'distance': hidden.payload_distance},
+        'payload': {'mass': hidden.payload, 'x': hidden.payload_distance, 'y': 0.0},
         'joint_coupling': {'coupling': hidden.coupling},
         'spring': {'stiffness': p['spring'], 'offset': -p['spring'] * p['spring_zero']},
     }.get(truth.effect, {})  # fmt: skip

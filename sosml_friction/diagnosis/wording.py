@@ -33,7 +33,7 @@ from sosml_friction.regression.curves.axes import NEIGHBOURS, POSITION
 
 #: Numbers of data checks that a sentence does without; those of a term are the term's to say.
 _NOT_TOLD = ('step_s', 'jitter_s', 'lag_std_error_s')
-#: Most numbers, or episodes, of a cause that its description has.
+#: Most numbers of a data check, or episodes, that a description has; of a term all but harmonics.
 _MOST_NUMBERS = 3
 #: What is said in the place of numbers of a cause whose size would be wrong beyond its error.
 SIZE_UNKNOWN = 'present; its size is not known from these data'
@@ -50,7 +50,7 @@ def _where(cause: Cause) -> str:
 
 
 def describe(cause: Cause, names: Sequence[str] = ()) -> str:
-    """Return a cause in words, with its first numbers; ``names``: of all joints."""
+    """Return a cause in words, with its numbers; ``names``: of all joints."""
     where = _where(cause)
     numbers = []
     kind = TERMS.classes.get(cause.effect)
@@ -64,7 +64,8 @@ def describe(cause: Cause, names: Sequence[str] = ()) -> str:
         for name, p in cause.parameters.items()
         if name not in unspoken and not _unfelt(p)
     ]
-    for name, p in told[:_MOST_NUMBERS]:
+    most = _MOST_NUMBERS if kind is None else len(kind.amplitudes) + len(kind.inner)
+    for name, p in told[:most]:
         if p.unit == 'joint' and names:
             numbers.append(f'{words(name)} {names[int(p.value)]}')
             continue

@@ -20,6 +20,7 @@ from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.regression.estimate import Estimate
+from sosml_friction.regression.inner_scale import is_place
 from sosml_friction.regression.profile import Profile
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -101,11 +102,12 @@ def with_interval(
     flags: tuple[str, ...] = ()
     reason = ''
     if bounds is not None and (
-        p.value <= bounds[0] * (1.0 + _AT_END) or p.value >= bounds[1] * (1.0 - _AT_END)
+        p.value <= bounds[0] + _AT_END * abs(bounds[0])
+        or p.value >= bounds[1] - _AT_END * abs(bounds[1])
     ):
         flags = (AT_BOUND,)
         reason = f'it sits at the end of its physical range, {bounds[0]:.3g} to {bounds[1]:.3g}'
-    elif asked and low <= 0.0 <= high:
+    elif asked and low <= 0.0 <= high and not (bounds and is_place(bounds)):
         flags = (NOT_IDENTIFIABLE,)
         reason = _HOLDS_ZERO
     return replace(p, interval=(low, high), flags=flags, reason=reason)
@@ -130,16 +132,14 @@ def _followed(
     profile: Profile,
 ) -> dict[str, Parameter]:
     """Return the parameters that a profile has intervals of."""
-    term = estimate.placed[which].term
+    placed = estimate.placed[which]
+    term = placed.term
     ends = {**profile.inner}
     for name, (low, high) in zip(term.amplitudes, profile.amplitude.tolist(), strict=True):
         ends[name] = low, high
     found = {name: replace(linear[name], interval=ends[name]) for name in ends if name in linear}
-    open_ = [
-        name
-        for name, (low, high) in profile.inner.items()
-        if not (low > 0.0 and high <= SPREAD * low)
-    ]
+    ranges = term.searched_inner(laboratory.signals[0], placed.joint)
+    open_ = [name for name, own in profile.inner.items() if _is_open(own, ranges[name])]
     reach = _reach(laboratory, estimate, which)
     reason = next(filter(None, (reason_for(n, reach, ends[n]) for n in _KNEE if n in ends)), '')
     if not reason and open_:
@@ -157,6 +157,14 @@ def _followed(
         name: replace(p, flags=flags, reason=reason, experiment=experiment)
         for name, p in found.items()
     }
+
+
+def _is_open(interval: tuple[float, float], ends: tuple[float, float]) -> bool:
+    """Tell whether of a size not even a factor, of a place not both sides are known."""
+    low, high = interval
+    if is_place(ends):
+        return not (math.isfinite(low) and math.isfinite(high))
+    return not (low > 0.0 and high <= SPREAD * low)
 
 
 #: What a fit of a law asks for its reason, in this order.

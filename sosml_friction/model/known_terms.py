@@ -107,6 +107,7 @@ def read_term(entry: EffectTerm, model: RobotModelFile) -> list[KnownTerm]:
     result = []
     for number, own in enumerate(_harmonics(entry, term)):
         try:
+            own = dict(term.of_older(own, model.make_robot))
             inner, amplitude = term.restore(own)
         except ConfigurationError as error:
             text = str(error) if number == 0 else f'{error} (part {number + 1})'

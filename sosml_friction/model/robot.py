@@ -296,6 +296,12 @@ class Robot:
         return np.array(self._model.gravity.linear)
 
     @property
+    def longest_link(self) -> float:
+        """Return the longest way from one joint to the next, 0 for one joint [m]."""
+        places = list(self._model.jointPlacements)[2:]
+        return max((float(np.linalg.norm(own.translation)) for own in places), default=0.0)
+
+    @property
     def base_rotation(self) -> FloatArray:
         """Return how the first joint is turned in the base frame at 0, (3, 3)."""
         return np.array(self._model.jointPlacements[1].rotation)

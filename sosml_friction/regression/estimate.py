@@ -23,12 +23,13 @@ from sosml_friction.regression.evidence import (
     System,
     solve_bounded,
 )
+from sosml_friction.regression.inner_scale import moved, per_step, step_between
 from sosml_friction.regression.inner_search import refine
 from sosml_friction.regression.rival import rival_probability
 from sosml_friction.regression.whitened import WhitenedRegression
 
-#: Step of an inner parameter for the slope of the columns, as a share of it: the error of the
-#: central difference is of the order of its square.
+#: Step of an inner parameter for the slope of the columns, as of inner_scale.py: the error of
+#: the central difference is of the order of its square.
 _STEP = 1e-3
 #: The search is over where a round lowers the cost by less than this [noise variances], which is a
 #: thirtieth of a standard error, or after so many rounds. Chosen.
@@ -99,8 +100,8 @@ class Estimate:
     ``shift`` and ``inner_shift``: the part of them by which terms differ from their rivals, of
     those that explain more. ``by_tolerance``: by how much the nominal's deviations within their
     tolerance move each, the standard deviation and the most, (2, p + k). ``covariance`` (m, m):
-    of everything together if no rival is true, the logarithms of the inner parameters ``owners``
-    last, number of the term and name. ``rivals``: the fits with those.
+    of everything together if no rival is true, steps of the inner parameters ``owners`` last,
+    number of the term and name. ``rivals``: the fits with those.
     """
 
     placed: tuple[Placed, ...]
@@ -147,7 +148,7 @@ def settle(
     """
     Return terms with the inner parameters that are best beside one another.
 
-    Gauss and Newton's steps of all of them together, their logarithms, within their physical
+    Gauss and Newton's steps of all of them together (inner_scale.py), within their physical
     ranges, shortened until the cost falls.
 
     :param held: inner parameters that stay as they are, by number of the term and name.
@@ -210,7 +211,7 @@ class Linear:
     Hold a fit linearised in its inner parameters.
 
     ``equations``: of deviations, ``known`` of them with the amplitudes, and of the ``slopes`` over
-    the logarithms of the inner parameters ``owners``: which term, which parameter, its value and
+    steps of the inner parameters ``owners``: which term, which parameter, its value and
     physical range. ``stands_for``: which amplitudes may stand for a nominal parameter.
     """
 
@@ -235,7 +236,7 @@ class Linear:
         for k, (each, part) in enumerate(with_amplitudes(placed, len(laboratory.nominal.bound))):
             for name, ends in each.term.searched_inner(laboratory.signals[0], each.joint).items():
                 if (k, name) not in held:
-                    slopes.append(_slope(laboratory, each, name, x[part]))
+                    slopes.append(_slope(laboratory, each, name, ends, x[part]))
                     owners.append((k, name, float(each.inner[name]), ends))
         stands_for = [
             each.term.axis != 'acceleration'
@@ -250,9 +251,9 @@ class Linear:
         return cls(laboratory, equations, len(x), tuple(slopes), stands, tuple(owners))
 
     def newton(self) -> FloatArray:
-        """Return the step of the logarithms to where the linearised cost is least."""
+        """Return the steps of the inner parameters to where the linearised cost is least."""
         count, sums = len(self.owners), self.equations
-        ends = [(np.log(low / own), np.log(high / own)) for _, _, own, (low, high) in self.owners]
+        ends = [[step_between(own, end, reach) for end in reach] for *_, own, reach in self.owners]
         low, high = np.minimum(np.array(ends).T, [[0.0], [np.inf]])
         known = sums.bound[: self.known]
         lower, upper = np.concatenate([-known, low]), np.concatenate([known, np.maximum(high, 0)])
@@ -261,8 +262,8 @@ class Linear:
     def moved(self, placed: Sequence[Placed], change: FloatArray) -> list[Placed]:
         """Return terms whose inner parameters are changed."""
         inner = [dict(each.inner) for each in placed]
-        for (k, name, own, (low, high)), x in zip(self.owners, change, strict=True):
-            inner[k][name] = float(np.clip(own * np.exp(x), low, high))
+        for (k, name, own, ends), x in zip(self.owners, change.tolist(), strict=True):
+            inner[k][name] = moved(own, x, ends)
         return [
             each if now == each.inner else each.with_inner(self.laboratory, now)
             for each, now in zip(placed, inner, strict=True)
@@ -326,11 +327,11 @@ class Linear:
         tolerance = self._by_tolerance(covariance, wide)
         within = covariance * (UNIFORM * wide.prior_weight())
         others = within @ covariance.T
-        for moved in (
+        for by in (
             self._beyond(x, named, scores.sum(axis=0)),
             self._by_reversals(x, wide.Z, left, named, covariance),
         ):
-            others += np.outer(moved, moved)
+            others += np.outer(by, by)
         result = np.maximum(np.diag(noise), np.diag(between)) + np.diag(others)
         return result, tolerance, noise + between + others
 
@@ -401,18 +402,19 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     known, shift = linear.known, np.sqrt(_rival_variance(rivals, placed, linear, fit))
     errors = np.hypot(np.sqrt(variance), shift)
     inner: list[dict[str, float]] = [{} for _ in placed]
-    moved: list[dict[str, float]] = [{} for _ in placed]
+    shifts: list[dict[str, float]] = [{} for _ in placed]
     at = zip(linear.owners, errors[known:].tolist(), shift[known:].tolist(), strict=True)
-    for (k, name, own, _), error, by in at:
+    for (k, name, own, ends), error, by in at:
         body = _tolerance(laboratory) if name in placed[k].term.with_body else 0.0
-        inner[k][name], moved[k][name] = own * float(np.hypot(error, body)), own * by
+        unit = per_step(own, ends)
+        inner[k][name], shifts[k][name] = unit * float(np.hypot(error, body)), unit * by
     return Estimate(
         tuple(placed),
         fit,
         errors[:known],
         tuple(inner),
         shift[:known],
-        tuple(moved),
+        tuple(shifts),
         tolerance[:, :known],
         covariance,
         tuple((k, name) for k, name, _, _ in linear.owners),
@@ -444,12 +446,15 @@ def _rival_variance(
     Return the variance of all parameters (m,) by not knowing which of a term's rivals is true.
 
     w d^2, with d what changes with the rival and w its probability. Of inner parameters it is
-    that of their logarithms.
+    that of their steps.
     """
     result = np.zeros(linear.known + len(linear.owners))
     for rival in rivals:
-        ratios = [rival.inner[k][name] / own for k, name, own, _ in linear.owners]
-        d = np.concatenate([rival.x - fit.baseline.x, np.log(ratios)])
+        steps = [
+            step_between(own, float(rival.inner[k][name]), ends)
+            for k, name, own, ends in linear.owners
+        ]
+        d = np.concatenate([rival.x - fit.baseline.x, steps])
         result += rival.probability * d**2
     return result
 
@@ -482,12 +487,17 @@ def _tolerance(laboratory: WhitenedRegression) -> float:
 
 
 def _slope(
-    laboratory: WhitenedRegression, each: Placed, name: str, amplitude: FloatArray
+    laboratory: WhitenedRegression,
+    each: Placed,
+    name: str,
+    ends: tuple[float, float],
+    amplitude: FloatArray,
 ) -> CandidateColumns:
-    """Return the slope over an inner parameter's logarithm of what a term explains."""
+    """Return the slope over an inner parameter's step of what a term explains."""
     own = float(each.inner[name])
+    unit = _STEP * per_step(own, ends)
     ahead, behind = (
-        laboratory.single(each.term, each.joint, {**each.inner, name: own * np.exp(sign * _STEP)})
+        laboratory.single(each.term, each.joint, {**each.inner, name: own + sign * unit})
         for sign in (1.0, -1.0)
     )
     change = (ahead.C - behind.C) @ amplitude / (2.0 * _STEP)

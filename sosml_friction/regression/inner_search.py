@@ -8,10 +8,11 @@ from scipy.optimize import minimize
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
+from sosml_friction.regression.inner_scale import moved
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: First step of the search: of a frequency in units of 2.5 cycles over the joint's range, of any
-#: other parameter as a logarithm. About the distance of two grid points; no measurement.
+#: other parameter as of inner_scale.py. About the distance of two grid points; no measurement.
 _CYCLES, _FREQUENCY_STEP, _LOG_STEP = 2.5, 0.4, 0.3
 #: A frequency is looked for this far to both sides first, in these steps, half a grid's [of that
 #: unit]: where a joint passes a range in pieces, the cost has many minima of nearly the same
@@ -30,8 +31,8 @@ def refine(
     Return the inner parameters of a term where the cost is least, with score and columns.
 
     The continuous ones are searched from ``start``, a frequency from the best around it, by Nelder
-    and Mead's simplex, within their physical range; sizes by their logarithm, a frequency by
-    cycles over the range of motion.
+    and Mead's simplex, within their physical range, as of inner_scale.py; a frequency by cycles
+    over the range of motion.
     """
     bounds = term.searched_inner(laboratory.signals[0], joint)
 
@@ -43,7 +44,8 @@ def refine(
     if not bounds:
         return start, first, columns
     names = list(bounds)
-    low, high = np.array(list(bounds.values())).T
+    ends = list(bounds.values())
+    low, high = np.array(ends).T
     periodic = names == ['frequency']
     span = float(laboratory.signals[0].scales.span[joint])
     if periodic:
@@ -58,8 +60,11 @@ def refine(
     seen: dict[tuple[float, ...], float] = {}
 
     def inner_of(u: FloatArray) -> dict[str, float]:
-        x = origin + u * _CYCLES / span if periodic else origin * np.exp(u)
-        return {**start, **dict(zip(names, np.clip(x, low, high).tolist(), strict=True))}
+        if periodic:
+            x = np.clip(origin + u * _CYCLES / span, low, high).tolist()
+        else:
+            x = list(map(moved, origin.tolist(), u.tolist(), ends))
+        return {**start, **dict(zip(names, x, strict=True))}
 
     def cost(u: FloatArray) -> float:
         inner = inner_of(u)

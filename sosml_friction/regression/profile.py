@@ -18,12 +18,13 @@ from sosml_friction.regression.estimate import (
     settle,
     with_amplitudes,
 )
+from sosml_friction.regression.inner_scale import moved, open_ends, per_step, step_between
 from sosml_friction.regression.whitened import WhitenedRegression
 
-#: An inner parameter with a larger error of its logarithm is followed: where it is 0.05, S at 0.6
-#: Stribeck velocities has 17 of 20 linearised intervals that hold the truth.
+#: An inner parameter with a larger error, as of inner_scale.py, is followed: where it is 0.05, S
+#: at 0.6 Stribeck velocities has 17 of 20 linearised intervals that hold the truth.
 _LINEAR = 0.03
-#: Step along the profile in standard errors, and the most of the logarithm.
+#: Step along the profile in standard errors, and the most as of inner_scale.py.
 _STEP, _LONGEST = 0.5, 0.3
 #: Steps after which each is twice the last. A parabola needs no more than three; it is time that
 #: hangs on it.
@@ -50,7 +51,7 @@ class Profile:
     """
     Hold the 95 % intervals of a term along the profile of the cost.
 
-    ``inner`` by name, an end that the physical range sets is open: 0 or infinite; ``amplitude``
+    ``inner`` by name, an end that the physical range sets is open (inner_scale.py); ``amplitude``
     (k, 2); ``points`` within the limit.
     """
 
@@ -71,8 +72,12 @@ class Profile:
         term says.
         """
         placed = estimate.placed[which]
+        ranges = placed.term.searched_inner(laboratory.signals[0], placed.joint)
         errors = {
-            name: float(_without(error, estimate.inner_shift[which][name]) / placed.inner[name])
+            name: float(
+                _without(error, estimate.inner_shift[which][name])
+                / per_step(float(placed.inner[name]), ranges[name])
+            )
             for name, error in estimate.inner_errors[which].items()
         }
         if max(errors.values(), default=0.0) < _LINEAR:
@@ -150,21 +155,21 @@ class _Walk:
         """Return where an inner parameter leaves the limit, and the points before."""
         self.now = self.placed
         own = self.placed[-1]
-        low, high = own.term.searched_inner(self.laboratory.signals[0], own.joint)[name]
+        ends = own.term.searched_inner(self.laboratory.signals[0], own.joint)[name]
         value, root = float(own.inner[name]), 0.0
         passed: list[ProfilePoint] = []
         while True:
             # From one end of its range it goes to the other.
-            inside = value > low if step < 0.0 else value < high
+            inside = value > ends[0] if step < 0.0 else value < ends[1]
             if not inside:
-                return (0.0 if step < 0.0 else np.inf), passed
-            ahead = float(np.clip(value * np.exp(step), low, high))
+                return open_ends(ends)[int(step > 0.0)], passed
+            ahead = moved(value, step, ends)
             point = self.at({name: ahead}, (name,))
             reached = float(np.sqrt(max(point.excess, 0.0)))
             if reached > 1.0:
                 # A cost is a parabola about its least: its root is nearly straight.
                 share = (1.0 - root) / max(reached - root, 1e-12)
-                return float(value * np.exp(share * np.log(ahead / value))), passed
+                return moved(value, share * step_between(value, ahead, ends), ends), passed
             passed.append(point)
             value, root = ahead, reached
             # The error was far too small: the end is not near.

@@ -47,7 +47,7 @@ SIZES = {
     'gravity': ([0.05, 0.04], {}),
     'gravity_tilt': ([0.04, 0.05], {}),
     'inertia': ([0.05], {}),
-    'payload': ([0.25], {'distance': 0.25}),
+    'payload': ([0.25], {'x': 0.25, 'y': 0.05, 'z': 0.0}),
     'joint_coupling': ([0.08], {'source': 1.0}),
     'spring': ([0.4, 0.2], {}),
     'encoder_eccentricity': ([3e-3, 2e-3], {}),

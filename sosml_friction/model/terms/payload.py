@@ -2,66 +2,84 @@
 # SPDX-License-Identifier: Apache-2.0
 """A mass on the last body."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
 from typing import ClassVar
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.body_term import FELT, BodyTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.moved_body import coarse_rows
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Body
 from sosml_friction.model.terms.kinds.term import Inner
 
 #: Positions at which weight is looked for: robots have no more than a few at which it is none.
 _STATES = 10
+#: A mass is no farther from the last joint than the robot's longest link is long, or than this
+#: many times the body's own centre: tools are as long as links at most. Chosen, no measurement.
+_FARTHEST = 3.0
+#: Coordinates at which a place is looked for first, as shares of the farthest: its effort is
+#: linear in them but for its moment of inertia, so the search needs only the sides.
+_SIDES = (-0.5, 0.0, 0.5)
+#: Places on the line through the body's own centre, as multiples of its distance, where the data
+#: know the product of mass and place alone.
+_ON_LINE = (1.5, 2.0, 2.5)
+_AXES = ('x', 'y', 'z')
 
 
 class Payload(BodyTerm):
     """
-    Add m Y (1, r, r r'): a point mass m at r from the last joint, towards the body's own centre.
+    Add m Y (1, r, r'r E - r r'): a point mass m at r = (x, y, z) on the last body.
 
-    ``distance`` = |r| [m]. On a slide it is any mass that is not the model's, less of it too:
-    nothing else of the catalogue changes what a slide has to lift.
+    In the frame of the last link, from its joint [m]; Y is the body's regressor. A coordinate
+    that no joint feels is that of the body's own centre. On a slide it is any mass that is not the
+    model's, less of it too: nothing else of the catalogue changes what a slide has to lift.
     """
 
     identifier: ClassVar[str] = 'payload'
     amplitudes: ClassVar[Mapping[str, str]] = {'mass': 'kg'}
-    inner: ClassVar[Mapping[str, str]] = {'distance': 'm'}
-    refined: ClassVar[tuple[str, ...]] = ('distance',)
+    inner: ClassVar[Mapping[str, str]] = dict.fromkeys(_AXES, 'm')
+    refined: ClassVar[tuple[str, ...]] = _AXES
     of_robot: ClassVar[bool] = True
 
     def changes(self, robot: Robot, joint: int, inner: Inner) -> tuple[Body, ...]:
-        """Return 1 kg at the distance."""
+        """Return 1 kg at the place."""
         body = Body.unchanged(robot.n)
-        body.inertias[-1] = point_mass(robot, inner['distance'])
+        body.inertias[-1] = point_mass(np.array([inner[axis] for axis in _AXES]))
         return (body,)
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
-        """Return the values to try."""
-        centre = body_centre(signals.robot)
-        shares = (1.0, 1.5, 2.0, 2.5) if self._felt(signals) else (1.0,)
-        return [{'distance': centre * share} for share in shares]
+        """Return the places to try."""
+        centre, far = body_centre(signals.robot), farthest(signals.robot)
+        felt = self._felt(signals)
+        if felt:
+            sides = product(*(_SIDES if axis in felt else (0.0,) for axis in _AXES))
+            shown = np.array([axis in felt for axis in _AXES])
+            places = [np.where(shown, far * np.array(own), centre) for own in sides]
+        else:
+            places = [share * centre for share in _ON_LINE]
+        return [dict(zip(_AXES, own.tolist(), strict=True)) for own in [centre, *places]]
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
-        """Return the physical range; nothing where no joint feels the distance."""
-        if not self._felt(signals):
-            return {}
-        centre = body_centre(signals.robot)
-        return {'distance': (0.7 * centre, 3.0 * centre)}
+        """Return the physical range of the coordinates that a joint feels."""
+        far = farthest(signals.robot)
+        return dict.fromkeys(self._felt(signals), (-far, far))
 
     def applies(self, signals: Recording, joint: int) -> bool:
         """
-        Tell whether the last body turns and has a centre off its axis, or slides and has weight.
+        Tell whether the last body turns and its mass is felt, or it slides and has weight.
 
         A mass that gravity does not pull along its slide is an inertia.
         """
-        last = signals.robot.n - 1
-        if signals.effort_unit(last) == 'Nm':
-            return body_centre(signals.robot) > 1e-6
-        return lifts(signals.robot)
+        robot = signals.robot
+        if signals.effort_unit(robot.n - 1) == 'Nm':
+            return bool(self._felt(signals)) or float(np.linalg.norm(body_centre(robot))) > 1e-6
+        return lifts(robot)
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
@@ -71,30 +89,58 @@ class Payload(BodyTerm):
             return '' if mass + fit.amplitude[0] > 0.0 else 'the body would have no mass'
         return '' if fit.amplitude[0] > 0.0 else 'a payload has a positive mass'
 
+    def of_older(
+        self, parameters: Mapping[str, Parameter], robot: Callable[[], Robot]
+    ) -> Mapping[str, Parameter]:
+        """Return the place of a mass on the line to the body's own centre, by its distance."""
+        if 'distance' not in parameters:
+            return parameters
+        own = dict(parameters)
+        distance, centre = own.pop('distance'), body_centre(robot())
+        way = centre / max(float(np.linalg.norm(centre)), np.finfo(float).tiny)
+        for axis, share in zip(_AXES, way.tolist(), strict=True):
+            error = distance.std_error * abs(share)
+            own[axis] = Parameter(distance.value * share, distance.unit, error)
+        return own
+
     @staticmethod
-    def _felt(signals: Recording) -> bool:
-        """Tell whether the motion's effort changes with the distance of the mass."""
-        centre = body_centre(signals.robot)
-        if centre <= 1e-6:
-            return False
-        own = signals.regressor[:, :, -10:]
-        near, far = (own @ point_mass(signals.robot, share * centre) for share in (1.0, 1.5))
-        return float(np.linalg.norm(far - near)) > FELT * float(np.linalg.norm(near))
+    def _felt(signals: Recording) -> tuple[str, ...]:
+        """
+        Return the coordinates of the place that change the motion's effort.
+
+        None where the mass alone has no effort: mass and place are known as a product then.
+        """
+        key = ('payload felt', 0)
+        if key not in signals.cache:
+            rows = coarse_rows(signals)
+            own, robot = signals.regressor[rows][:, :, -10:], signals.robot
+            centre, step = body_centre(robot), 0.5 * farthest(robot)
+            places = [0.0 * centre, centre, *(centre + step * np.eye(3))]
+            mass, there, *moved = (own @ point_mass(place) for place in places)
+            size = [float(np.linalg.norm(x)) for x in (mass, *(own - there for own in moved))]
+            felt = np.array(size) > FELT * max(size)
+            signals.cache[key] = felt[1:] & felt[0]
+        return tuple(
+            axis for axis, is_felt in zip(_AXES, signals.cache[key], strict=True) if is_felt
+        )
 
 
-def point_mass(robot: Robot, distance: float) -> FloatArray:
-    """Return the ten numbers (10,) of 1 kg at a distance from the last joint [m]."""
-    pi = robot.inertial_parameters()[-1]
-    r = pi[1:4] / max(float(np.linalg.norm(pi[1:4])), 1e-300) * distance
+def point_mass(r: FloatArray) -> FloatArray:
+    """Return the ten numbers (10,) of 1 kg at r (3,) [m]."""
     tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
     entries = tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
     return np.concatenate([[1.0], r, entries])
 
 
-def body_centre(robot: Robot) -> float:
-    """Return how far the last body's centre of mass is from its joint [m]."""
+def body_centre(robot: Robot) -> FloatArray:
+    """Return the last body's centre of mass from its joint (3,) [m]; 0 without a mass."""
     pi = robot.inertial_parameters()[-1]
-    return float(np.linalg.norm(pi[1:4])) / float(pi[0]) if pi[0] > 0.0 else 0.0
+    return np.asarray(pi[1:4] / pi[0] if pi[0] > 0.0 else np.zeros(3))
+
+
+def farthest(robot: Robot) -> float:
+    """Return how far from the last joint a mass may be [m]."""
+    return max(robot.longest_link, _FARTHEST * float(np.linalg.norm(body_centre(robot))))
 
 
 def lifts(robot: Robot) -> bool:

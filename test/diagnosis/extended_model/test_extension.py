@@ -88,7 +88,7 @@ def round_trip(model, diagnosis, folder):
         ('gravity', 'elbow', (-0.02, 0.01), None),
         ('inertia', 'shoulder', (-0.02,), None),
         ('inertia', 'elbow', (0.01,), None),
-        ('payload', '*', (0.3,), {'distance': 0.2}),
+        ('payload', '*', (0.3,), {'x': 0.2, 'y': 0.05, 'z': -0.1}),
     ],
 )
 def test_the_new_robot_needs_the_old_effort_plus_the_columns(

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from typing import Any, ClassVar, TypeVar
 
@@ -234,6 +234,12 @@ class Term(ABC):
             raise ConfigurationError(f'has an unknown parameter {unknown[0]}: remove it')
         inner = {name: own[name].value for name in self.inner}
         return inner, np.array([own[name].value for name in self.amplitudes])
+
+    def of_older(
+        self, parameters: Mapping[str, Parameter], robot: Callable[[], Robot]
+    ) -> Mapping[str, Parameter]:
+        """Return the parameters of a file of before, of a robot, by today's names."""
+        return parameters
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such amplitudes are physically impossible for this term, else ''."""
