@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, IndexArray
+from sosml_friction.regression.band import Band
 from sosml_friction.regression.band_rows import SMALL_GRID, BandRows, columns_in_band
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.chance import CHANCE, NEGLIGIBLE
@@ -33,6 +34,8 @@ _FILLED = 3
 #: Draws of each round. Of a minute's noise below 1 Hz, which the library may take as a whole, the
 #: power of one draw is off by 13 %, sqrt(2 / 120) of chi-squared, and of eight by 5 %.
 _DRAWS = 8
+#: Rows of flat noise to which its model is fitted: its power is off by 2 %, sqrt(2 / 4096).
+_FLAT_ROWS = 4096
 #: A point must also explain this many times the variance of a row. From chance alone one of 300
 #: points does so with a probability of 300 exp(-15 / 2) = 0.17 (chi-squared, cosine and sine).
 _CHANCE = 15.0
@@ -123,21 +126,36 @@ class LibraryResidual:
         Return the noise of a joint: what is left, and what the library took of it.
 
         Some hundred functions, most of them slow, take noise as well, and most of what is slow. It
-        is drawn from the model of what is left, as much of it as the library takes is put back,
-        and the model is fitted again: the steps of an expectation maximisation with any
-        coefficients of the library alike.
+        is drawn from a model of it, as much of it as the library takes is put back, and the model
+        is fitted again: the steps of an expectation maximisation with any coefficients of the
+        library alike. The first model is flat in the band: where the library takes all, as it does
+        of what is slow in a short recording, nothing says otherwise. Begun with what is left,
+        noise would stay as small there as the library leaves it.
 
         :param pieces: which pieces of the stretches are of noise.
         """
         left, rng = self.steady[joint], np.random.default_rng(joint)
         *ends, count = np.cumsum([len(x) for x in left]).tolist()
-        model = fit_noise(pieces(left), least)
-        for _ in range(_FILLED):
+        fit, told = self.fits[joint], self.fits[joint].told[:, None]
+        model = flat_noise(fit.rows.signals[0].band, rng)
+        own = np.concatenate(pieces(left))
+        for k in range(_FILLED):
             drawn = np.column_stack([model.draw(count, rng) for _ in range(_DRAWS)])
-            taken = self.fits[joint].taken(drawn)
+            taken = fit.taken(drawn)
+            if not k:
+                # As large as leaves what is left, of which one row is known at least.
+                kept = np.sum(told * (drawn - taken) ** 2) / _DRAWS / max(float(told.sum()), 1.0)
+                size = float(own @ own) / len(own) / max(float(kept), 1.0 / len(told))
+                taken *= np.sqrt(size)
             filled = [np.split(np.concatenate(left) + own, ends) for own in taken.T]
             model = fit_noise([x for own in filled for x in pieces(own)], least)
         return model
+
+
+def flat_noise(band: Band, rng: np.random.Generator) -> NoiseModel:
+    """Return the model of noise that is white before the low-pass, of variance 1 there."""
+    drawn = rng.standard_normal((_FLAT_ROWS * band.factor, 1))
+    return fit_noise([band.apply(drawn)[:, 0]], 0.0)
 
 
 def library_residual(rows: BandRows, pushed: BoolArray | None = None) -> LibraryResidual:

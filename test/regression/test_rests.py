@@ -109,7 +109,7 @@ def test_a_chain_of_rests_is_parted_where_it_is_long_and_every_rest_is_taken_out
     after = without_rests(before.copy(), [0], rests)
     assert np.abs(before).max() > 0.5
     assert np.abs(after).max() < 0.02 * np.abs(before).max()
-    model = NoiseModel(np.array([1.6, -0.8, 0.0, 0.0, 0.0, 0.0]), 0.1)
+    model = NoiseModel(np.append([1.6, -0.8], np.zeros(ORDER - 2)), 0.1)
     known = WhitenedRests([rests], [rows], [model.whitening])
     whitened = model.whiten(before[:, 0])[:, None]
     left = known.take_out(whitened.copy(), [0])
@@ -129,8 +129,7 @@ def test_whitened_rows_do_not_know_what_was_at_rest_and_noise_in_motion_stays_no
     """
     t, q = stop_and_go()
     rests = find_rests(q, BAND, LIMIT, TOP, [0])
-    model = NoiseModel(np.array([1.6, -0.8, 0.0, 0.0, 0.0, 0.0]), 0.1)
-    assert len(model.coefficients) == ORDER
+    model = NoiseModel(np.append([1.6, -0.8], np.zeros(ORDER - 2)), 0.1)
     rows, rng = BAND.count(len(t)), np.random.default_rng(1)
     known = WhitenedRests([rests], [rows], [model.whitening])
     stands = np.zeros(len(t))
@@ -155,14 +154,14 @@ def test_whitened_rows_do_not_know_what_was_at_rest_and_noise_in_motion_stays_no
 def test_rows_that_rests_do_not_reach_stay_as_they_are():
     t, q = stop_and_go()
     rows = BAND.count(len(t))
-    model = NoiseModel(np.array([1.6, -0.8, 0.0, 0.0, 0.0, 0.0]), 0.1)
+    model = NoiseModel(np.append([1.6, -0.8], np.zeros(ORDER - 2)), 0.1)
     known = WhitenedRests([find_rests(q, BAND, LIMIT, TOP, [0])], [rows], [model.whitening])
     x = np.random.default_rng(3).normal(size=(rows - ORDER, 1))
     changed = known.take_out(x.copy(), [0]) != x
     reached = known.reached()
     assert not changed[~reached].any()
     # Rows that no course of the effort at rest gets to are few among them.
-    assert 0.9 * reached.sum() < changed.sum() < 0.9 * len(x)
+    assert 0.85 * reached.sum() < changed.sum() < 0.9 * len(x)
 
 
 def test_friction_that_fades_at_rest_is_no_cause():
