@@ -53,6 +53,7 @@ from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
+from sosml_friction.regression.untold_friction import with_untold_friction
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
@@ -307,6 +308,7 @@ def fit_terms(
     listed = {term for own in wanted.values() for term in own}
     knees = KNEES if 'stribeck' in listed else ()
     signals = with_known(prepare(logs, nominal, robot, settings, knees=knees), nominal)
+    signals = with_untold_friction(signals, settings)
     laboratory = WhitenedRegression.make(
         signals, _library(wanted, without), settings, step, listed
     )

@@ -104,7 +104,8 @@ class Signals:
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add, ``by_load`` (N, n): its slope
     over the load; ``stated``: these terms, and those of its laws; ``more_load`` (N, n): what
-    bodies with the causes that were found need more than the nominal's;
+    bodies with the causes that were found need more than the nominal's; ``untold``: Coulomb
+    and viscous friction of each joint that the model does not tell, see :mod:`.untold_friction`;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
     ``turns``: joints whose friction is not known where they turn around either;
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
@@ -130,6 +131,7 @@ class Signals:
     stated: tuple[Stated, ...] = ()
     by_load: FloatArray | float = 0.0
     more_load: FloatArray | float = 0.0
+    untold: tuple[tuple[float, float], ...] = ()
     shaken: FloatArray | float = 0.0
     doubted: FloatArray | float = 0.0
     rough: FloatArray | float = 0.0
@@ -147,9 +149,17 @@ class Signals:
         return np.asarray(self.rigid + self.friction + self.known)
 
     @property
+    def whole_torque(self) -> FloatArray:
+        """Return the same with the friction that the model does not tell, (N, n)."""
+        if not self.untold:
+            return self.torque
+        coulomb, viscous = np.array(self.untold).T
+        return np.asarray(self.torque + coulomb * self.sign + viscous * self.v)
+
+    @property
     def sure_torque(self) -> FloatArray:
         """
-        Return the same for an acceleration that is no noise, (N, n).
+        Return that of the model for an acceleration that is no noise, (N, n).
 
         Noise of position is in what is left of effort, too: a free curve over a load that has it
         would explain it.

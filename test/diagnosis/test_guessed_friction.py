@@ -11,10 +11,14 @@ import pytest
 from known_robots import (
     SLIDER_MASS,
     SLIDER_STEP,
+    arm_model,
+    arm_motion,
     recording,
+    rigid_effort,
     sines,
     slider_model,
     slider_recording,
+    smooth_sign,
 )
 
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -87,6 +91,27 @@ def test_a_friction_that_is_not_trusted_is_refitted_and_no_cause():
     assert found.refit['slider viscous'] == pytest.approx(-300.0, abs=5.0)
     (cause,) = diagnosed(model, 12.5, trust={'friction': np.inf}).causes
     assert cause.effect == 'stribeck'
+
+
+@pytest.mark.parametrize('guess', [0.3, 3.0, None])
+def test_a_coupling_is_of_the_whole_torque_however_wrong_the_friction_is(guess):
+    """The elbow's effort is mostly friction: one made of the guess is wrong by as much."""
+    t = 4e-3 * np.arange(10000)
+    q, v, a = arm_motion(t)
+    tau = rigid_effort(arm_model(), q, v, a) + np.array([0.5, 1.5]) * smooth_sign(q, v) + 0.2 * v
+    tau[:, 0] += 0.1 * tau[:, 1]
+    tau += 0.02 * np.random.default_rng(6).standard_normal(tau.shape)
+    model = arm_model((0.5, 0.2), (1.5 * (guess or 1.0), 0.2 * (guess or 1.0)))
+    if guess is None:
+        joints = {name: replace(joint, friction=None) for name, joint in model.joints.items()}
+        model = replace(model, joints=joints)
+    settings = DiagnosisSettings(trust={} if guess is None else {'friction': np.inf})
+    found = diagnose([recording(('shoulder', 'elbow'), t, q, tau)], model, None, settings, WITHOUT)
+    (cause,) = found.causes
+    assert (cause.effect, cause.joint) == ('joint_coupling', 'shoulder')
+    size = cause.parameters['coupling']
+    assert abs(size.value - 0.1) < 3.0 * size.std_error
+    assert size.std_error < 0.01
 
 
 def test_a_bias_is_told_where_the_friction_is_guessed():

@@ -13,6 +13,8 @@ from sosml_friction.model.terms.kinds.term import ROBOT
 from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
+_FRICTION = ('coulomb', 'viscous')
+
 
 def report_slopes(
     laboratory: WhitenedRegression, findings: Sequence[Finding], x: FloatArray
@@ -23,19 +25,20 @@ def report_slopes(
     The regression makes T_0 + f(T_0) + X x of the nominal torque T_0, with f what is reported
     beyond the torque. A torque T_0 + d is reported as T_0 + f(T_0) + (1 + f') d, so that d is
     X x / (1 + f'), f' the mean over the motion: exact where f is in proportion to the torque.
-    Friction that the model does not state is wholly in d.
+    Friction that the model does not tell is part of the torque that f was made of, and is itself.
     """
     names, joints = laboratory.nominal.names, laboratory.robot.names
     slope = np.ones(len(joints))
     for finding, own in with_amplitudes(findings, len(names)):
         if isinstance(finding.effect, MeasurementTerm):
             where = slice(None) if finding.joint == ROBOT else finding.joint
-            torque = np.concatenate([s.torque for s in laboratory.signals])
+            torque = np.concatenate([s.whole_torque for s in laboratory.signals])
             steep = finding.effect.simulated_slope(torque, finding.joint, finding.inner, x[own])
             slope[where] += np.mean(steep, axis=0) - 1.0
+    untold = {joints[i] for i, own in enumerate(laboratory.signals[0].untold) if any(own)}
     result = np.ones(len(x))
     for k, name in enumerate(names):
-        joint = name.partition(' ')[0]
-        if joint in joints:
+        joint, _, what = name.partition(' ')
+        if joint in joints and not (joint in untold and what in _FRICTION):
             result[k] = slope[joints.index(joint)]
     return result

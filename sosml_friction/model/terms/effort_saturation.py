@@ -33,7 +33,7 @@ class EffortSaturation(MeasurementTerm):
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
-        reference = float(np.quantile(np.abs(signals.torque[:, joint]), 0.99))
+        reference = float(np.quantile(np.abs(signals.whole_torque[:, joint]), 0.99))
         return ({'reference': max(reference, 1e-9)},)
 
     def implausible(self, fit: Fitted) -> str:

@@ -19,7 +19,9 @@ TURN = 2.0 * np.pi
 FADING = ('stribeck', 'load_dependent_stribeck', 'stribeck_asymmetry')
 
 
-def recording(unit='rad', span=2.0, speed=3.0, cutoff=12.0, whole=300.0, warm=None, torque=()):
+def recording(
+    unit='rad', span=2.0, speed=3.0, cutoff=12.0, whole=300.0, warm=None, whole_torque=()
+):
     """Return a recording of one joint: its range, top speed, length and warmth."""
     scales = SimpleNamespace(
         span=np.array([span]), speed=np.array([speed]), sign_limit=np.array([1e-3])
@@ -32,7 +34,7 @@ def recording(unit='rad', span=2.0, speed=3.0, cutoff=12.0, whole=300.0, warm=No
         band=SimpleNamespace(cutoff=cutoff),
         time=np.linspace(0.0, whole, 4),
         temperature=None if warm is None else np.array(warm)[:, None],
-        torque=np.array(torque, dtype=float)[:, None],
+        whole_torque=np.array(whole_torque, dtype=float)[:, None],
     )
 
 
@@ -241,5 +243,5 @@ def test_a_temperature_that_changes_by_more_than_two_degrees_stands_for_time(war
 
 def test_saturation_is_of_the_largest_torque_but_for_a_hundredth_of_the_time():
     torque = np.append(np.full(990, -2.0), np.full(9, 50.0))
-    assert values('effort_saturation', 'reference', torque=torque) == pytest.approx([2.0])
-    assert values('effort_saturation', 'reference', torque=np.zeros(9)).tolist() == [1e-9]
+    assert values('effort_saturation', 'reference', whole_torque=torque) == pytest.approx([2.0])
+    assert values('effort_saturation', 'reference', whole_torque=np.zeros(9)).tolist() == [1e-9]

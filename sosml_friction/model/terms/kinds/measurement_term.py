@@ -42,9 +42,9 @@ class MeasurementTerm(Term):
         """
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
-        """Return the excess over the nominal effort of a recording, (N, n, k)."""
+        """Return the excess over the torque of a recording, (N, n, k)."""
         where = slice(None) if joint == ROBOT else joint
-        parts = [np.real(part) for part in self.excess(signals.torque, where, inner)]
+        parts = [np.real(part) for part in self.excess(signals.whole_torque, where, inner)]
         return np.stack(parts, axis=2) if joint == ROBOT else signals.in_joint(joint, *parts)
 
     def simulated(

@@ -29,8 +29,9 @@ class Recording(Protocol):
     One stretch of a recording, N samples of n joints; fields as of the regression's ``Signals``.
 
     ``rigid``, ``friction``, ``torque`` (N, n): nominal effort of bodies, of friction, and in all
-    [Nm or N], ``sure_torque`` without noise of position; ``regressor`` (N, n, 10 n): of the
-    bodies' ten numbers each; ``cache``: what terms computed and want to keep.
+    [Nm or N]; ``whole_torque``: with friction that the model does not tell; ``sure_torque``:
+    without noise of position; ``regressor`` (N, n, 10 n): of the bodies' ten numbers each;
+    ``cache``: what terms computed and want to keep.
     """
 
     @property
@@ -49,6 +50,8 @@ class Recording(Protocol):
     def friction(self) -> FloatArray: ...
     @property
     def torque(self) -> FloatArray: ...
+    @property
+    def whole_torque(self) -> FloatArray: ...
     @property
     def sure_torque(self) -> FloatArray: ...
     @property
