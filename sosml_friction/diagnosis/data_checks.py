@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter1d
 
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import HOLE
+from sosml_friction.bags.sampling import HOLE, pauses_text
 from sosml_friction.identification.clean_samples import CleanSamples
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, WARNING
 from sosml_friction.identification.joint_checks import ZERO, check_each_joint
@@ -43,6 +43,7 @@ _KINDS = {
     'position_unit': ('position', 'bad'),
     ZERO: ('position', 'warning'),
     'wrap': ('position', 'warning'),
+    'leaps': ('position', 'warning'),
     'velocity_unit': ('velocity', 'warning'),
     'rest': ('motion', 'bad'),
     'without_effort': ('effort', 'warning'),
@@ -106,10 +107,13 @@ def _time_base(clean: CleanSamples) -> Check:
     # A step of one and a half is a lost sample and no jitter.
     jitter = float(np.std(steps[steps < 1.5 * step]))
     values = {'step_s': step, 'jitter_s': jitter, 'lost_share': lost}
+    apart = pauses_text(clean.log.time)
     if lost <= _SOME:
         sentence = f'{1.0 / step:.4g} samples per second, jitter {1e6 * jitter:.3g} us'
+        sentence += f'; {apart}' if apart else ''
         return Check('time_base', 'note', '*', sentence, values)
     told = f'{100 * lost:.2g} % of the samples are lost'
+    told += f', besides {apart}' if apart else ''
     if lost > _USELESS:
         return Check('dropped_samples', 'bad', '*', f'{told}: record again', values)
     return Check('dropped_samples', 'warning', '*', f'{told}; {_HOLES}', values)

@@ -31,6 +31,7 @@ from sosml_friction.identification.joint_relations import (
 )
 from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.number_text import plus_minus
+from sosml_friction.identification.position_leaps import position_leaps
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_delay import LARGEST_S
 from sosml_friction.model.terms.gravity import HEAVIER
@@ -79,6 +80,8 @@ _FEIGNED = 0.02
 #: Chance that a run of equal extreme efforts is none of saturation.
 _CHANCE = 1e-3
 _FEWEST_EQUAL = 5
+#: Positions that leap fewer times do not make a recording another one. Chosen, no measurement.
+_FEWEST_LEAPS = 3
 
 
 @dataclass(frozen=True)
@@ -180,6 +183,13 @@ def _check_joint(
             'continuous'
         )
         findings.append(DataFinding('wrap', name, WARNING, what))
+    if (leaps := position_leaps(log.time, q, step, noise)) >= _FEWEST_LEAPS:
+        what = (
+            f'the position of joint {name} leaps {leaps} times, farther in one sample than in '
+            'those before and after it: rows are missing, and the stamps do not say so; record '
+            'the stamp of each sample: speeds that are none look like a wrong effort'
+        )
+        findings.append(DataFinding('leaps', name, WARNING, what))
     if not known.any():
         return found, own_v, tau, findings
     if rest := _rest(log, robot, i, forwards + backwards):

@@ -7,7 +7,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sosml_friction.bags.sampling import held_share, lost_samples, lost_share
+from sosml_friction.bags.sampling import (
+    held_share,
+    lost_samples,
+    lost_share,
+    pauses,
+    pauses_text,
+)
 
 
 def test_samples_taken_out_are_counted():
@@ -36,6 +42,16 @@ def test_a_hole_counts_what_is_missing_in_it():
     time = 0.01 * np.arange(1000)
     time[500:] += 0.37
     assert lost_samples(time) == 37
+
+
+def test_a_pause_has_lost_nothing():
+    time = 0.01 * np.arange(1000)
+    time[300:] += 0.02
+    time[500:] += 3600.0
+    assert lost_samples(time) == 2
+    assert pauses(time) == pytest.approx([3600.01])
+    assert pauses_text(time) == 'a pause of 3600 s'
+    assert pauses_text(time[:500]) == ''
 
 
 def test_of_the_steps_in_which_samples_were_lost_effort_holds_for_a_period():

@@ -159,6 +159,10 @@ WRONG = [
     (('--axis', '-1', '--position', 'q'), 'the mass is -1 kg: give a positive number'),
     (
         (*ROBOT, '--position', 'q:counts', '--effort', 'f'),
+        'q is in counts of what slides: say how many a m has, as counts_per_unit in a mapping',
+    ),
+    (
+        ('--pendulum', '1,0.1', '--position', 'q:counts', '--effort', 'f:Nm'),
         'q is in counts: give those of a turn, as --counts-per-turn 4096',
     ),
     (

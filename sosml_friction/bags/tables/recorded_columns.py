@@ -30,6 +30,9 @@ SAME = 0.05
 _RAD_SPAN = (0.5, 4.0 * math.pi)
 #: No joint that moves less is as far from 0 in rad; at 90 it is in deg. Chosen, no measurement.
 _FAR = 2.0 * _RAD_SPAN[1]
+#: A slide moves less [m]: more is in mm or, from as many mm on, in counts. Chosen, no
+#: measurement.
+_LONGEST_SLIDE = 5.0
 #: Turns, and the +-12.5 rad of the frames that CAN servos took over from MIT's Mini Cheetah.
 _UNIT_OF_WRAP = {
     2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
@@ -287,8 +290,9 @@ class RecordedColumns:
         }
         spans = {j: float(np.ptp(self.moving[x])) for j, x in alike.items() if x in self.moving}
         span = spans.get(joint, 0.0) if kind == 'prismatic' else max(spans.values(), default=0.0)
-        if kind == 'prismatic':
-            return ('m', 'it slides in the URDF') if span < 5.0 else ('mm', f'it moves {span:.3g}')
+        if kind == 'prismatic' and span < 1e3 * _LONGEST_SLIDE:
+            in_m = span < _LONGEST_SLIDE
+            return ('m', 'it slides in the URDF') if in_m else ('mm', f'it moves {span:.3g}')
         values = self.series[name]
         if span > 100.0 and np.isfinite(values).all() and (values == np.rint(values)).all():
             return 'counts', f'whole numbers, {np.ptp(values):.0f} from end to end'
@@ -316,6 +320,11 @@ class RecordedColumns:
         values = np.abs(self.series[position][np.isfinite(self.series[position])])
         return 0.0 if self.words[position].unit else float(np.max(values, initial=0.0))
 
+    def _counts_per(self, joint: str) -> str:
+        """Return the entry that says how much counts of a joint are."""
+        slides = self.kinds.get(joint) == 'prismatic'
+        return 'counts_per_unit' if slides else 'counts_per_turn'
+
     def _wrap(self, name: str, unit: str = '') -> float | None:
         return recognised_wrap(self.t, self.series[name].astype(np.float64), unit)
 
@@ -331,7 +340,7 @@ class RecordedColumns:
         name = roles['position']
         own['position'] = {'variable': self._variable(name), 'unit': unit}
         if unit == 'counts':
-            own['position']['counts_per_turn'] = FILL_IN
+            own['position'][self._counts_per(joint)] = FILL_IN
         period = self._wrap(name, unit)
         if period is not None:
             own['position']['wrap'] = float(f'{period:.9g}')
@@ -339,7 +348,7 @@ class RecordedColumns:
         known = 'unit open' if unit == FILL_IN else unit
         reasons[f'joints.{joint}.position'] = f'{self.why[name]}; {known}: {why}'
         if 'velocity' in roles:
-            own['velocity'], told = self._velocity(name, roles['velocity'], unit)
+            own['velocity'], told = self._velocity(joint, unit)
             reasons[f'joints.{joint}.velocity'] = told
         if 'effort' in roles:
             effort = roles['effort']
@@ -382,8 +391,9 @@ class RecordedColumns:
         is_whole = len(values) > 0 and bool((values == np.rint(values)).all())
         return float(np.abs(values).max()) if is_whole else 0.0
 
-    def _velocity(self, position: str, velocity: str, unit: str) -> tuple[dict[str, Any], str]:
+    def _velocity(self, joint: str, unit: str) -> tuple[dict[str, Any], str]:
         """Return the entry of a velocity by the factor between it and the slope of position."""
+        position, velocity = (self.roles[joint][role] for role in ('position', 'velocity'))
         entry: dict[str, Any] = {'variable': self._variable(velocity)}
         slope = self._slope(position, velocity)
         written = self.words[velocity].unit
@@ -415,7 +425,7 @@ class RecordedColumns:
             is_of_counts = unit == 'counts' and agree(slope.factor, 1.0)
             entry['unit'] = written or ('counts/s' if is_of_counts else FILL_IN)
             if entry['unit'] == 'counts/s':
-                entry['counts_per_turn'] = FILL_IN
+                entry[self._counts_per(joint)] = FILL_IN
             return entry, f'{told}; its unit depends on that of position'
         slides = unit in LINEAR_UNITS
         units = [u for u in USUAL_VELOCITIES if slides == (u in LINEAR_UNITS)]

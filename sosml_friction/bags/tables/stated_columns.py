@@ -214,6 +214,12 @@ class _StatedColumns(Guesser):
         position = own['position']
         turn = self.columns.counts_per_turn
         for entry in (position, own.get('velocity', {})):
+            if 'counts_per_unit' in entry:
+                raise ConfigurationError(
+                    f'{entry["variable"]} is in {entry["unit"]} of what slides: say how many a m '
+                    'has, as counts_per_unit in a mapping (sosml import --guess writes one, --map '
+                    'takes it), or another unit'
+                )
             if 'counts_per_turn' in entry:
                 if turn is None:
                     raise ConfigurationError(

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.sampling import lost_share
+from sosml_friction.bags.sampling import lost_share, pauses, pauses_text
 from sosml_friction.identification.body_refit import BodyRefit
 from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.law.law_checks import KNEE
@@ -312,14 +312,15 @@ def _stribeck(stribeck: Parameter, velocity: Parameter, exponent: Parameter | No
 
 def sampling_text(log: JointLog) -> str:
     """Return how much was recorded, how fast, and what share of the samples was lost."""
-    count, span = len(log), float(log.time[-1])
+    count, span = len(log), float(log.time[-1] - np.sum(pauses(log.time)))
     if not span > 0.0:
         return f'{count} samples'
     text = f'{count} samples over {span:.1f} s, {(count - 1) / span:.4g} Hz'
     lost = lost_share(log.time)
     if lost > _LOST:
         text += f'; {100.0 * lost:.2g} % more were lost, in steps of two or more usual ones'
-    return text
+    apart = pauses_text(log.time)
+    return f'{text}; {apart}' if apart else text
 
 
 def simulation_lines(analysis: BagAnalysis) -> list[str]:

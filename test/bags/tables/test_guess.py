@@ -820,6 +820,17 @@ def test_what_slides_leaves_the_unit_of_what_turns(tmp_path):
     assert units == {'lift': 'mm', 'base': 'rad'}
 
 
+def test_whole_numbers_of_what_slides_are_counts_where_no_slide_is_so_long(tmp_path):
+    t, q, v, tau = joint(8)
+    position, speed = np.rint(1e5 * q), 1e5 * v
+    data = save(tmp_path, [t, position, speed, tau], ['t', 'q1', 'v1', 'tau1'])
+    urdf = arm('lift').replace('continuous', 'prismatic', 1)
+    content = guess_mapping(data, urdf).content['joints']['lift']
+    assert content['position']['unit'] == 'counts'
+    assert content['position']['counts_per_unit'] == content['velocity']['counts_per_unit']
+    assert content['velocity']['unit'] == 'counts/s'
+
+
 def test_dates_are_times(tmp_path):
     t, q, _, current = joint(9)
     begin = datetime(2025, 3, 30, 0, 59, 50, tzinfo=timezone.utc)
