@@ -18,10 +18,9 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_scale import LARGEST
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.estimate import Placed
-from sosml_friction.regression.known_effort import with_known
+from sosml_friction.regression.known_effort import with_all_known, with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
-from sosml_friction.regression.untold_friction import with_untold_friction
 from sosml_friction.regression.whitened import WhitenedRegression
 
 Step = Callable[[str], None]
@@ -62,8 +61,7 @@ class Design:
         :raises DataError: if there is too little of them.
         :raises ConfigurationError: if ``holdout`` is of no use.
         """
-        signals = with_known(prepare(recordings.logs, model, robot, settings), model)
-        signals = with_untold_friction(signals, settings)
+        signals = with_all_known(prepare(recordings.logs, model, robot, settings), model, settings)
         told = [i for i in range(robot.n) if i not in signals[0].silent]
         own = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
         own += [tone_above_band(signals, i) for i in told]
@@ -150,7 +148,7 @@ def _prepared(
         recordings = Recordings.checked([holdout], first.robot)
         recordings.refuse_bad()
         logs = recordings.in_means().logs
-        signals = with_known(prepare(logs, model, first.robot, band, first.scales), model)
-        return with_untold_friction(signals, settings)
+        signals = prepare(logs, model, first.robot, band, first.scales)
+        return with_known([replace(s, untold=first.untold) for s in signals], model)
     except DataError as error:
         raise ConfigurationError(f'the recording left out (holdout): {error}') from None

@@ -14,7 +14,7 @@ from sosml_friction.diagnosis.decision.confusability import Confusability, confu
 from sosml_friction.diagnosis.decision.data_causes import data_causes
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
-from sosml_friction.diagnosis.decision.report_slopes import report_slopes
+from sosml_friction.diagnosis.decision.report_slopes import in_torque, report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import nominal_friction
 from sosml_friction.diagnosis.decision.verdict import verdict_of
@@ -236,6 +236,7 @@ def _concluded(
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection, causes)
     nominal = laboratory.nominal.names
+    own = in_torque(laboratory, kept.accepted, kept.after.x)
     slopes = report_slopes(laboratory, kept.accepted, kept.after.x)
     errors = estimated(laboratory, kept).errors / slopes
     rejected = selection.rejected
@@ -254,7 +255,7 @@ def _concluded(
             robot.names,
             robot.effort_units,
             tolerated,
-            unstated_friction(laboratory, kept.after.x / slopes, errors),
+            unstated_friction(laboratory, own, errors),
             search.design.untold,
             search.design.untried,
         ),
@@ -264,7 +265,7 @@ def _concluded(
         rejected=None if rejected is None else _entry(rejected, robot.names),
         tolerated=tolerated,
         # The nominal's deviations come first, the amplitudes of the causes after them.
-        refit=dict(zip(nominal, (kept.after.x / slopes).tolist(), strict=False)),
+        refit=dict(zip(nominal, own.tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
         structure=_structure(laboratory, selection),
         stages=tuple(stages(judged.folds, laboratory, selection)),

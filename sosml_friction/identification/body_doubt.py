@@ -84,7 +84,7 @@ def rows_worth(
 
     :param weight: of the tolerances, one over a variance (p,).
     """
-    worth = 1.0 / max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+    worth = 1.0 / max(fit.baseline.cost / float(laboratory.noise_energy.sum()), 1.0)
     _, P, between = _posterior(fit, worth, weight)
     return worth / float(np.max(between[of] / np.diag(P)[of], initial=1.0))
 

@@ -414,7 +414,7 @@ def _covariance(
         for k, (owner, name) in enumerate(found.owners):
             if owner == which:
                 at.append(len(found.errors) + k)
-                # They are searched by their logarithms.
+                # Those of a knee are sizes, searched by their logarithms.
                 size.append(float(found.placed[which].inner[name]))
                 names.append(name)
     return factor * C[np.ix_(at, at)] * np.outer(size, size), tuple(names)

@@ -50,10 +50,9 @@ from sosml_friction.regression.estimate import (
     with_amplitudes,
 )
 from sosml_friction.regression.evidence import Fit
-from sosml_friction.regression.known_effort import with_known
+from sosml_friction.regression.known_effort import with_all_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
-from sosml_friction.regression.untold_friction import with_untold_friction
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
@@ -307,8 +306,8 @@ def fit_terms(
     nominal = _without(model, wanted)
     listed = {term for own in wanted.values() for term in own}
     knees = KNEES if 'stribeck' in listed else ()
-    signals = with_known(prepare(logs, nominal, robot, settings, knees=knees), nominal)
-    signals = with_untold_friction(signals, settings)
+    signals = prepare(logs, nominal, robot, settings, knees=knees)
+    signals = with_all_known(signals, nominal, settings)
     laboratory = WhitenedRegression.make(
         signals, _library(wanted, without), settings, step, listed
     )

@@ -68,7 +68,7 @@ def choose_width(laboratory: WhitenedRegression, system: System) -> BodyWidth:
     target = Fit.make(system, laboratory.y).target
     G, r, yy = system.total, target.r.sum(axis=(0, 1)), float(target.yy.sum())
     widths = [usual, *(w for w in WIDTHS if w > usual)]
-    count = float(laboratory.known.sum())
+    count = float(laboratory.noise_energy.sum())
     prior = {w: _with_prior(laboratory, system, w).penalty() for w in widths}
     widest = np.diag(prior[widths[-1]])
     s = max(float(yy - r @ np.linalg.solve(G + widest, r)) / count, 1.0)

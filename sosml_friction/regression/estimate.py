@@ -322,7 +322,7 @@ class Linear:
         # The prior pulls at all blocks alike.
         spread = (scores - scores.mean(axis=0)) @ covariance
         between = spread.T @ spread * count / (count - 1)
-        ratio = max(fit.baseline.cost / float(self.laboratory.known.sum()), 1.0)
+        ratio = max(fit.baseline.cost / float(self.laboratory.noise_energy.sum()), 1.0)
         noise = covariance @ data @ covariance * ratio
         tolerance = self._by_tolerance(covariance, wide)
         within = covariance * (UNIFORM * wide.prior_weight())
@@ -429,7 +429,7 @@ def _rivals(laboratory: WhitenedRegression, placed: Sequence[Placed], fit: Fit) 
         return []
     found = []
     cost = equations_of(laboratory, placed).solve()[1]
-    ratio = max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+    ratio = max(fit.baseline.cost / float(laboratory.noise_energy.sum()), 1.0)
     for k, each, rival in rivals:
         one = replace(each, term=rival).with_inner(laboratory, each.inner)
         others = settle(laboratory, [*placed[:k], one, *placed[k + 1 :]])

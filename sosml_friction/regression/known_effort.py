@@ -15,7 +15,9 @@ from sosml_friction.model.known_terms import (
     stated_terms,
 )
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, Stated, nominal_friction
+from sosml_friction.regression.untold_friction import with_untold_friction
 
 #: Step of a slope over load, as a share of its root mean square: friction by load is of its first
 #: or second power, and a difference to both sides is exact.
@@ -43,6 +45,19 @@ def with_known(signals: Sequence[Signals], model: RobotModelFile) -> list[Signal
         more = replace(s, known=known, by_load=_slope(s, terms), stated=stated, cache={})
         result.append(more if stated or known.any() else s)
     return result
+
+
+def with_all_known(
+    signals: Sequence[Signals], model: RobotModelFile, settings: DiagnosisSettings
+) -> list[Signals]:
+    """
+    Return the signals with what the model has, and the friction that it does not tell.
+
+    What the model's own list adds to a report follows that friction, too.
+    """
+    known = with_known(signals, model)
+    untold = with_untold_friction(known, settings)
+    return with_known(untold, model) if untold[0].untold else known
 
 
 def _size(signals: Sequence[Signals], known: KnownTerm) -> FloatArray:

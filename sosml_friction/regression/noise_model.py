@@ -25,11 +25,13 @@ class NoiseModel:
     """
     Hold e_k = sum_i a_i e_(k-i) + w_k with w white of standard deviation ``sigma``.
 
-    ``whitening`` is (1, -a_1, ... -a_p) / sigma: filtered by it, noise has variance 1.
+    ``whitening`` is (1, -a_1, ... -a_p) / sigma: filtered by it, noise has power 1 in the band,
+    and variance ``power``: less, as the band is a part of what its rows could have.
     """
 
     coefficients: FloatArray
     sigma: float
+    power: float = 1.0
 
     @property
     def whitening(self) -> FloatArray:
@@ -84,4 +86,6 @@ def fit_noise(
         variance = power * (1.0 - k * k) / rows
     coefficients = np.zeros(ORDER)
     coefficients[: len(error) - 1] = -error[1:]
-    return NoiseModel(coefficients, max(float(np.sqrt(variance)), smallest))
+    sigma = max(float(np.sqrt(variance)), smallest)
+    inside = variance - white * float(error @ error)
+    return NoiseModel(coefficients, sigma, inside / sigma**2 if sigma > 0.0 else 1.0)

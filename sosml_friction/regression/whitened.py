@@ -140,6 +140,11 @@ class WhitenedRegression:
         return self.whitening.noise
 
     @property
+    def noise_energy(self) -> FloatArray:
+        """Return the sum of squares (n,) that noise alone has in the whitened rows."""
+        return self.known * np.array([model.power for model in self.noise])
+
+    @property
     def contacts(self) -> Contacts:
         """Return contacts and impacts."""
         return self.whitening.contacts

@@ -99,8 +99,7 @@ def _contacts(laboratory: WhitenedRegression) -> list[Cause]:
     causes = []
     for i, name in enumerate(laboratory.robot.names):
         episodes = [e for e in laboratory.contacts.contacts if e.joint == i]
-        # Whitened noise has variance 1: the energy of noise is the number of samples.
-        share = sum(e.energy for e in episodes) / max(float(laboratory.known[i]), 1.0)
+        share = sum(e.energy for e in episodes) / max(float(laboratory.noise_energy[i]), 1.0)
         if not episodes or share < NEGLIGIBLE:
             continue
         parameters = {'episodes': Parameter(float(len(episodes)), '1')}

@@ -12,7 +12,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.report_slopes import report_slopes
+from sosml_friction.diagnosis.decision.report_slopes import in_torque
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import CONSTANTS, known_terms, model_friction
 from sosml_friction.model.model_folder import RobotModelFile
@@ -96,8 +96,8 @@ class ForwardGain:
     def _in_torque(self, findings: Sequence[Finding], x: FloatArray) -> FloatArray:
         """Return parameters (..., p + k) with the nominal's deviations in torque."""
         lab = self._laboratory
-        slopes = [report_slopes(lab, findings, own) for own in np.atleast_2d(x)]
-        return np.asarray(x / np.array(slopes).reshape(x.shape))
+        own = [in_torque(lab, findings, each) for each in np.atleast_2d(x)]
+        return np.array(own).reshape(x.shape)
 
     def _together(
         self,

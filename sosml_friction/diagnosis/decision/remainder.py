@@ -259,7 +259,7 @@ def _ripples(
         for signals, rows, own in zip(laboratory.signals, parts, clear, strict=True):
             q, v, sign, effort = (
                 signals.band.at_rows(x[:, i])[ORDER:][own[:, i]]
-                for x in (signals.q, signals.v, signals.sign, signals.torque)
+                for x in (signals.q, signals.v, signals.sign, signals.whole_torque)
             )
             friction.append(Stretch(rows[own[:, i], i], q, sign))
             torque.append(Stretch(rows[own[:, i], i], q, effort))

@@ -67,7 +67,7 @@ class Rivals:
         but for what neither explains.
         """
         beside = Fit.make(self._system.extended([best.columns]), self._laboratory.y)
-        excess = max(beside.baseline.cost - float(self._laboratory.known.sum()), 0.0)
+        excess = max(beside.baseline.cost - float(self._laboratory.noise_energy.sum()), 0.0)
         free = self._free_evidence()
         most = free(best)
 

@@ -10,6 +10,7 @@ from scipy.optimize import minimize
 
 from sosml_friction.diagnosis.next_experiment.stretch import Stretch
 from sosml_friction.model.terms.kinds.term import TERMS
+from sosml_friction.model.terms.payload import point_mass
 from sosml_friction.regression.signals import Signals
 
 #: Length of a hold, and time from the cold recording to its warm repetition [s]. Chosen: 20 s of
@@ -144,14 +145,12 @@ def _payload(signals: tuple[Signals, ...]) -> tuple[float, tuple[Stretch, ...]]:
         return 0.0, ()
     r = _DISTANCE * body[1:4] / body[0]
     mass = _MOMENT * moment / float(np.linalg.norm(r))
-    tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
-    entries = tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
-    point = mass * np.concatenate([[1.0], r, entries])
+    point = mass * point_mass(r)
     # The share of it that the actuators carry beside what the motion needs without it.
     limit = np.array([x.effort if x.effort > 0.0 else np.inf for x in robot.limits])
     share = 1.0
     for s in signals:
-        most = np.abs(s.torque).max(axis=0)
+        most = np.abs(s.whole_torque).max(axis=0)
         added = np.abs(s.through_gears(s.regressor[:, :, -10:] @ point)).max(axis=0)
         # A limit that the motion itself exceeds is not the actuator's.
         room = np.where(most < limit, limit - most, np.inf) / np.maximum(added, 1e-300)

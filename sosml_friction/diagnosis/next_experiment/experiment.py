@@ -3,6 +3,7 @@
 """The experiment that would separate causes that these data cannot."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -217,4 +218,5 @@ def _planned(signals: Signals, trajectory: Trajectory) -> Signals:
     q = trajectory.spline()(t)
     empty = np.zeros_like(q)
     log = JointLog(signals.robot.names, np.rint(t * 1e9).astype(np.int64), q, empty, empty)
-    return make_signals(log, signals.robot, signals.scales, signals.band, 0.0)
+    planned = make_signals(log, signals.robot, signals.scales, signals.band, 0.0)
+    return replace(planned, untold=signals.untold)

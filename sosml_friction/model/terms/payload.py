@@ -3,7 +3,6 @@
 """A mass on the last body."""
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import product
 from typing import ClassVar
 
 import numpy as np
@@ -23,12 +22,9 @@ _STATES = 10
 #: A mass is no farther from the last joint than the robot's longest link is long, or than this
 #: many times the body's own centre: tools are as long as links at most. Chosen, no measurement.
 _FARTHEST = 3.0
-#: Coordinates at which a place is looked for first, as shares of the farthest: its effort is
-#: linear in them but for its moment of inertia, so the search needs only the sides.
-_SIDES = (-0.5, 0.0, 0.5)
-#: Places on the line through the body's own centre, as multiples of its distance, where the data
-#: know the product of mass and place alone.
-_ON_LINE = (1.5, 2.0, 2.5)
+#: How far from the body's own centre a place is looked for first along each coordinate, as a share
+#: of the farthest: effort is linear in them but for the moment of inertia, so that sides will do.
+_ASIDE = 0.5
 _AXES = ('x', 'y', 'z')
 
 
@@ -55,15 +51,14 @@ class Payload(BodyTerm):
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the places to try."""
-        centre, far = body_centre(signals.robot), farthest(signals.robot)
-        felt = self._felt(signals)
-        if felt:
-            sides = product(*(_SIDES if axis in felt else (0.0,) for axis in _AXES))
-            shown = np.array([axis in felt for axis in _AXES])
-            places = [np.where(shown, far * np.array(own), centre) for own in sides]
-        else:
-            places = [share * centre for share in _ON_LINE]
-        return [dict(zip(_AXES, own.tolist(), strict=True)) for own in [centre, *places]]
+        centre = dict(zip(_AXES, body_centre(signals.robot).tolist(), strict=True))
+        aside = _ASIDE * farthest(signals.robot)
+        sides = [
+            {**centre, axis: centre[axis] + way * aside}
+            for axis in self._felt(signals)
+            for way in (1.0, -1.0)
+        ]
+        return [centre, *sides]
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range of the coordinates that a joint feels."""
@@ -72,13 +67,13 @@ class Payload(BodyTerm):
 
     def applies(self, signals: Recording, joint: int) -> bool:
         """
-        Tell whether the last body turns and its mass is felt, or it slides and has weight.
+        Tell whether the last body turns, or slides and has weight.
 
         A mass that gravity does not pull along its slide is an inertia.
         """
         robot = signals.robot
         if signals.effort_unit(robot.n - 1) == 'Nm':
-            return bool(self._felt(signals)) or float(np.linalg.norm(body_centre(robot))) > 1e-6
+            return farthest(robot) > 0.0
         return lifts(robot)
 
     def implausible(self, fit: Fitted) -> str:
@@ -106,23 +101,23 @@ class Payload(BodyTerm):
     @staticmethod
     def _felt(signals: Recording) -> tuple[str, ...]:
         """
-        Return the coordinates of the place that change the motion's effort.
+        Return the coordinates of the place that change the effort in more than proportion.
 
-        None where the mass alone has no effort: mass and place are known as a product then.
+        Not so of one that another mass would do as well.
         """
         key = ('payload felt', 0)
         if key not in signals.cache:
             rows = coarse_rows(signals)
             own, robot = signals.regressor[rows][:, :, -10:], signals.robot
             centre, step = body_centre(robot), 0.5 * farthest(robot)
-            places = [0.0 * centre, centre, *(centre + step * np.eye(3))]
-            mass, there, *moved = (own @ point_mass(place) for place in places)
-            size = [float(np.linalg.norm(x)) for x in (mass, *(own - there for own in moved))]
-            felt = np.array(size) > FELT * max(size)
-            signals.cache[key] = felt[1:] & felt[0]
-        return tuple(
-            axis for axis, is_felt in zip(_AXES, signals.cache[key], strict=True) if is_felt
-        )
+            places = [centre, *(centre + step * np.eye(3))]
+            there, *moved = (own @ point_mass(place) for place in places)
+            unit = there / max(float(np.linalg.norm(there)), np.finfo(float).tiny)
+            beside = [float(np.linalg.norm(x - np.vdot(x, unit) * unit)) for x in moved]
+            most = max(float(np.linalg.norm(x)) for x in (there, *moved))
+            signals.cache[key] = np.array(beside) / max(most, np.finfo(float).tiny)
+        shares = signals.cache[key].tolist()
+        return tuple(axis for axis, own in zip(_AXES, shares, strict=True) if own > FELT)
 
 
 def point_mass(r: FloatArray) -> FloatArray:

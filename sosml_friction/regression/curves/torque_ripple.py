@@ -40,7 +40,7 @@ class TorqueRipple(Curve):
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return tau cos w q and tau sin w q."""
         angle = float(inner['frequency']) * signals.q[:, joint]
-        torque = signals.torque[:, joint]
+        torque = signals.whole_torque[:, joint]
         return signals.in_joint(joint, torque * np.cos(angle), torque * np.sin(angle))
 
     def implausible(self, fit: Fitted) -> str:

@@ -49,11 +49,12 @@ def test_a_wrong_torque_constant_is_told_where_no_friction_is_stated(speeds, rep
     assert named | rivals <= {'effort_scale', 'inertia'}
 
 
-def test_the_friction_that_is_refitted_beside_a_wrong_report_is_that_of_the_torque():
+@pytest.mark.parametrize('reported', [0.6, 1.1, 1.4])
+def test_the_friction_that_is_refitted_beside_a_wrong_report_is_that_of_the_torque(reported):
     """Two percent: what the mass may be off by, as the report is told from it alone."""
     model = sf.Model.read(share_directory() / 'config' / 'emps')
     # By itself the report is as well told as an inertia.
-    found = sf.diagnose(axis([0.1, 0.05, 0.02], 1.1, 6), model, without='inertia')
+    found = sf.diagnose(axis([0.1, 0.05, 0.02], reported, 6), model, without='inertia')
     assert [cause.effect for cause in found.causes] == ['effort_scale']
     assert found.found.diagnosis.refit['slider coulomb'] == pytest.approx(COULOMB, rel=0.02)
     assert found.found.diagnosis.refit['slider viscous'] == pytest.approx(VISCOUS, rel=0.02)
