@@ -31,15 +31,12 @@ from validation.seven_plant import (
 )
 from validation.trial import Truth
 
-#: Length of a recording [s].
-LONG_S = 60.0
 
-
-def trial(seed: int, kind: str, effect: str, k: int) -> dict[str, Any]:
-    """Return what was hidden, what was answered, and what that is worth."""
+def trial(seed: int, length_s: float, kind: str, effect: str, k: int) -> dict[str, Any]:
+    """Return what was hidden in a recording, what was answered, and what that is worth."""
     rng = np.random.default_rng([seed, k, *f'{kind} {effect}'.encode()])
     motion = list(MOTIONS)[k % len(MOTIONS)]
-    log, joint, size = recording(rng, motion, LONG_S, effect)
+    log, joint, size = recording(rng, motion, length_s, effect)
     model = sf.Model.from_urdf(Arm.nominal().urdf(), dict(zip(NAMES, ROTOR.tolist(), strict=True)))
     document = sf.diagnose(log, model).to_dict()
     place = '*' if effect in OF_ROBOT else NAMES[joint]
@@ -61,11 +58,13 @@ def trial(seed: int, kind: str, effect: str, k: int) -> dict[str, Any]:
 
 def main() -> int:
     """Run the trials that are not there yet, and print the table."""
-    given = parser_of('seven_campaign', __doc__).parse_args()
+    parser = parser_of('seven_campaign', __doc__)
+    parser.add_argument('--length', type=float, default=60.0, help='of a recording [s]')
+    given = parser.parse_args()
     plan = [('single', effect, k) for effect in CATALOGUE for k in range(given.singles)]
     plan += [('null', '', k) for k in range(given.nulls)]
     plan += [('outside', effect, k) for effect in OUTSIDE for k in range(given.outside)]
-    rows = kept_trials(plan, partial(trial, given.seed), given.out)
+    rows = kept_trials(plan, partial(trial, given.seed, given.length), given.out)
     print('\n'.join(outcomes(rows)))
     return 0
 
