@@ -25,9 +25,8 @@ TORQUE_BY = 'torque constant by '
 AT_ONCE = ' at once'
 #: Energy of a curve, as a share of that of noise, that deviations within the tolerance, reversals
 #: and rounding make where there is no cause: three times the largest of 42 recordings of three
-#: plants, 0.0034, which is 0.0030 since position is smoothed by a low-pass that is flat
-#: (``python -m validation.leftovers --seed 424242``). Further curves have 0.0054 of 126 (and seeds
-#: 20261262 and 20261272): the floor is 1.8 times that.
+#: plants, 0.0034, which is 0.0012 since noise is as slow as it is, and of further curves 0.0037
+#: (``python -m validation.leftovers --seed 424242``).
 LEAST = 0.01
 #: If curves explain more than this share of what they and the causes explain together, the causes
 #: are the smaller part. By definition.

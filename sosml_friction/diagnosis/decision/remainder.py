@@ -44,8 +44,8 @@ from sosml_friction.regression.structure import HATS
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Share of what is left of a joint that all of its curves explain together, where there is no
-#: cause: three times the largest of 42 recordings, 0.0076, which is 0.0070 since position is
-#: smoothed by a low-pass that is flat (``python -m validation.leftovers --seed 424242``).
+#: cause: three times the largest of 42 recordings, 0.0076, which is 0.0025 since noise is as slow
+#: as it is (``python -m validation.leftovers --seed 424242``).
 ALL = 0.023
 #: Energy of a ripple over position, as a share of that of noise in the part of the band in which
 #: it is at top speed. Three times the largest share of all noise of 126 such recordings, of
