@@ -145,8 +145,8 @@ class LibraryResidual:
             if not k:
                 # As large as leaves what is left, of which one row is known at least.
                 kept = np.sum(told * (drawn - taken) ** 2) / _DRAWS / max(float(told.sum()), 1.0)
-                least = float(np.mean(drawn**2)) / len(told)
-                size = float(own @ own) / len(own) / max(float(kept), least)
+                one_row = float(np.mean(drawn**2)) / len(told)
+                size = float(own @ own) / len(own) / max(float(kept), one_row)
                 taken *= np.sqrt(size)
             filled = [np.split(np.concatenate(left) + own, ends) for own in taken.T]
             model = fit_noise([x for own in filled for x in pieces(own)], least)

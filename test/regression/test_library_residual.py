@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -95,7 +96,7 @@ def test_flat_noise_is_flat_where_the_library_takes_all_of_it():
     """
     Of 10 s of the slider it takes all of the noise below 1 Hz. Begun with what is left, the model
     had a third of the power there. Of seven parts of the band the narrowest has 250 frequencies,
-    and the model six numbers of 680 rows: 1.4 is within the scatter of draws.
+    and the model seven numbers of 680 rows: 1.5 is beyond the scatter of draws.
     """
     log = slider_recording(duration=10.0)
     signals = prepare([log], MODEL, MODEL.make_robot(), SETTINGS)
@@ -108,6 +109,17 @@ def test_flat_noise_is_flat_where_the_library_takes_all_of_it():
     ends = np.array([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0])
     parts = [power[(at >= a) & (at < b)].mean() for a, b in pairwise(ends)]
     assert np.log(parts) == pytest.approx(np.zeros(7), abs=np.log(1.5))
+
+
+def test_noise_is_as_small_as_it_is_in_whatever_unit():
+    """A model of noise knows no size but the least that it is told."""
+    log = slider_recording(duration=10.0)
+    signals = prepare([log], MODEL, MODEL.make_robot(), SETTINGS)
+    found = library_residual(BandRows.make(signals, make_library(), SETTINGS))
+    small = replace(found, steady=[[1e-7 * x for x in own] for own in found.steady])
+    usual, tiny = (each.noise(0, list, 1e-12) for each in (found, small))
+    assert tiny.sigma == pytest.approx(1e-7 * usual.sigma, rel=1e-9)
+    assert tiny.coefficients == pytest.approx(usual.coefficients, abs=1e-9)
 
 
 def test_slow_noise_is_known_though_the_library_takes_most_of_it():
