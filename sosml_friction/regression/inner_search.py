@@ -9,6 +9,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_scale import moved
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: First step of the search: of a frequency in units of 2.5 cycles over the joint's range, of any
@@ -26,14 +27,35 @@ _MOST, _SAME_PLACE, _SAME_COST = 25, 0.01, 0.5
 
 def refine(
     laboratory: WhitenedRegression, fit: Fit, term: Term, joint: int, start: Inner
-) -> tuple[Inner, Score, CandidateColumns]:
+) -> tuple[Term, Inner, Score, CandidateColumns]:
     """
-    Return the inner parameters of a term where the cost is least, with score and columns.
+    Return a term with its inner parameters where the cost is least, its score and columns.
 
     The continuous ones are searched from ``start``, a frequency from the best around it, by Nelder
     and Mead's simplex, within their physical range, as of inner_scale.py; a frequency by cycles
-    over the range of motion.
+    over the range of motion. A term that has one more (:meth:`Term.further`) is taken where it
+    explains very strongly more, in units of what is left.
     """
+    inner, s, columns = _refined(laboratory, fit, term, joint, start)
+    others = term.further(laboratory.signals[0], joint)
+    if not others:
+        return term, inner, s, columns
+
+    def gain(other: tuple[Term, Inner]) -> float:
+        its = laboratory.single(other[0], joint, {**inner, **other[1]})
+        return float(fit.score(its.beside(fit.system)).gain)
+
+    other, more = max(others, key=gain)
+    its = _refined(laboratory, fit, other, joint, {**inner, **more})
+    left = max((fit.baseline.cost - s.gain) / float(laboratory.noise_energy.sum()), 1.0)
+    if its[1].gain - s.gain > VERY_STRONG * left:
+        return other, *its
+    return term, inner, s, columns
+
+
+def _refined(
+    laboratory: WhitenedRegression, fit: Fit, term: Term, joint: int, start: Inner
+) -> tuple[Inner, Score, CandidateColumns]:
     bounds = term.searched_inner(laboratory.signals[0], joint)
 
     def at(inner: Inner) -> tuple[Score, CandidateColumns]:

@@ -84,7 +84,8 @@ def signals():
     scales = replace(s.scales, displacement=np.full(2, DISPLACEMENT))
     sign = np.column_stack([dahl_path(np.ascontiguousarray(x), DISPLACEMENT) for x in s.q.T])
     friction = nominal_friction(s.v, sign, scales)
-    return replace(s, sign=sign, scales=scales, friction=friction)
+    s = replace(s, sign=sign, scales=scales, friction=friction)
+    return replace(s, tau=s.torque)
 
 
 def astray(signals, tau, terms):

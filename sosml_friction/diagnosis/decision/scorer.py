@@ -153,7 +153,7 @@ class Scorer:
     def refine(self, fit: Fit, finding: Finding) -> Finding:
         """Return a finding with its continuous inner parameters where the cost is least."""
         effect, joint = finding.effect, finding.joint
-        inner, s, columns = refine(self.laboratory, fit, effect, joint, finding.inner)
+        effect, inner, s, columns = refine(self.laboratory, fit, effect, joint, finding.inner)
         if not effect.searched_inner(self.laboratory.signals[0], joint):
             return replace(finding, columns=columns)
         grid = next(len(c.grid) for c in self.laboratory.candidates if c.key == finding.key)

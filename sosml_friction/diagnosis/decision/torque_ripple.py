@@ -29,7 +29,7 @@ def torque_ripple_in_place(
     if not best.effect.repeats or not (grid := curve.grid(first, i)):
         return ''
     s = fit.score(laboratory.on_grid(curve, i, grid).beside(fit.system))
-    inner, s, _ = refine(laboratory, fit, curve, i, grid[s.best])
+    _, inner, s, _ = refine(laboratory, fit, curve, i, grid[s.best])
     if curve.implausible(Fitted(first, i, inner, s.amplitude, s.error)):
         return ''
     # The price of two sizes and a frequency, the best of many.

@@ -160,6 +160,8 @@ def _payload(signals: tuple[Signals, ...]) -> tuple[float, tuple[Stretch, ...]]:
     stretches = []
     for s in signals:
         more = s.regressor[:, :, -10:] @ (share * point)
-        known = s.known + s.through_gears(more) - more
-        stretches.append(Stretch(replace(s, rigid=s.rigid + more, known=known, cache={})))
+        carried = s.through_gears(more)
+        known = s.known + carried - more
+        loaded = replace(s, rigid=s.rigid + more, known=known, tau=s.tau + carried, cache={})
+        stretches.append(Stretch(loaded))
     return share * mass, tuple(stretches)

@@ -19,7 +19,9 @@ class JointCoupling(MeasurementTerm):
     """
     Add c tau_other: a belt or cable passes on, or a sensor picks up, another joint's torque.
 
-    ``source``: the other joint, counted from 0 in the model's order.
+    ``source``: the other joint, counted from 0 in the model's order. A regression has its torque
+    as measured: what the model lacks of it, and what holds it at rest, is passed on as well. Noise
+    of a share e in it makes c smaller by e^2.
     """
 
     identifier: ClassVar[str] = 'joint_coupling'
@@ -31,6 +33,10 @@ class JointCoupling(MeasurementTerm):
     ) -> tuple[NDArray[np.inexact], ...]:
         """Return the other joint's torque."""
         return (torque[..., int(inner['source'])],)
+
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return the other joint's effort as it was measured."""
+        return signals.in_joint(joint, signals.tau[:, int(inner['source'])])
 
     def not_undone(self, n: int, joint: int, inner: Inner, amplitude: FloatArray) -> bool:
         """Tell whether there is no other joint of that number."""

@@ -21,9 +21,9 @@ class LoadDependentStribeck(FadingTerm):
     axis: ClassVar[str] = 'load'
     searched: ClassVar[bool] = False
 
-    def at_standstill(self, motion: Motion, joint: int | slice) -> FloatArray:
+    def at_standstill(self, motion: Motion, joint: int | slice, sign: FloatArray) -> FloatArray:
         """Return |tau_load| s."""
-        return np.abs(motion.load[:, joint]) * motion.sign[:, joint]
+        return np.abs(motion.load[:, joint]) * sign
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""

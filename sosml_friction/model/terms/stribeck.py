@@ -32,9 +32,9 @@ class Stribeck(FadingTerm):
         )
     }
 
-    def at_standstill(self, motion: Motion, joint: int | slice) -> FloatArray:
+    def at_standstill(self, motion: Motion, joint: int | slice, sign: FloatArray) -> FloatArray:
         """Return s."""
-        return motion.sign[:, joint]
+        return sign
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""

@@ -21,6 +21,6 @@ class StribeckAsymmetry(FadingTerm):
     of_law: ClassVar[bool] = True
     axis: ClassVar[str] = 'speed'
 
-    def at_standstill(self, motion: Motion, joint: int | slice) -> FloatArray:
+    def at_standstill(self, motion: Motion, joint: int | slice, sign: FloatArray) -> FloatArray:
         """Return |s|."""
-        return np.abs(motion.sign[:, joint])
+        return np.abs(sign)

@@ -10,6 +10,8 @@ from typing import ClassVar, TypeVar
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.model.dahl import following_path
+from sosml_friction.model.smooth_sign import softened
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
@@ -22,6 +24,10 @@ _T = TypeVar('_T', bound='FadingTerm')
 EXPONENTS = (0.5, 2.5)
 #: Values of v_s that are tried first, as shares of the top speed. Chosen, no measurement.
 KNEES = tuple(np.geomspace(0.01, 0.25, 7).tolist())
+#: The inner parameter of friction that follows its level, and the values tried first: from where
+#: it is the sign itself to the longest that presliding is looked for, as shares of the
+#: displacement that still counts as a sign.
+FOLLOWS, _FOLLOWED = 'follows', (0.05, 0.2, 0.8, 3.0, 11.0, 40.0)
 
 
 def fade(
@@ -64,7 +70,10 @@ class FadingTerm(EffortTerm):
     """
     State friction at standstill, which fades by ``stribeck_velocity`` and ``exponent``.
 
-    ``broad``: it fades as :func:`broad_fade`, which has no exponent.
+    ``broad``: it fades as :func:`broad_fade`, which has no exponent. With an inner parameter
+    ``follows`` [rad or m] friction follows its level over that displacement, as bristles do: where
+    the knee is crossed within it, as after each start, less of S is seen. It is a number of the
+    gear beside the sign's, fitted where the data show it, and of no model.
     """
 
     inner: ClassVar[Mapping[str, str]] = {'stribeck_velocity': '{length}/s', 'exponent': '1'}
@@ -77,20 +86,42 @@ class FadingTerm(EffortTerm):
             # Its inner parameters stay.
             return ()
         result = copy(self)
-        vars(result).update(broad=True, refined=('stribeck_velocity',))
+        refined = tuple(name for name in self.refined if name != 'exponent')
+        vars(result).update(broad=True, refined=refined)
         return (result,)
 
+    def further(self: _T, signals: Recording, joint: int) -> tuple[tuple[_T, Inner], ...]:
+        """Return the term that follows its level, from several displacements on."""
+        if self.stated is not None:
+            return ()
+        result = copy(self)
+        vars(result).update(refined=(*self.refined, FOLLOWS))
+        limit = float(signals.scales.sign_limit[joint])
+        return tuple((result, {FOLLOWS: limit * share}) for share in _FOLLOWED)
+
     @abstractmethod
-    def at_standstill(self, motion: Motion, joint: int | slice) -> FloatArray:
-        """Return the effort per unit of the amplitude where none has faded, (N,)."""
+    def at_standstill(self, motion: Motion, joint: int | slice, sign: FloatArray) -> FloatArray:
+        """Return the effort per unit of the amplitude where none has faded, (N,), at a sign."""
 
     def effort(
         self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray
     ) -> tuple[FloatArray, ...]:
         """Return it times exp(-(|q'| / v_s)^d)."""
-        v, v_s = motion.v[:, joint], inner['stribeck_velocity']
-        own = broad_fade(v, v_s) if self.broad else fade(v, v_s, inner['exponent'])
-        return (self.at_standstill(motion, joint) * own,)
+        own = self._faded(motion.v[:, joint], inner)
+        return (self.at_standstill(motion, joint, motion.sign[:, joint] * own),)
+
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return the effort along a recording, of friction that follows if its inner says so."""
+        if FOLLOWS not in inner:
+            return super().columns(signals, joint, inner)
+        path, v = np.ascontiguousarray(signals.q[:, joint]), signals.v[:, joint]
+        state = following_path(path, inner[FOLLOWS], self._faded(v, inner))
+        sign = softened(state, v, float(signals.scales.width[joint]))
+        return signals.in_joint(joint, self.at_standstill(signals.motion, joint, sign))
+
+    def _faded(self, v: FloatArray, inner: Inner) -> FloatArray:
+        v_s = inner['stribeck_velocity']
+        return broad_fade(v, v_s) if self.broad else fade(v, v_s, inner['exponent'])
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
@@ -100,4 +131,8 @@ class FadingTerm(EffortTerm):
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range."""
         top = float(signals.scales.speed[joint])
-        return {'stribeck_velocity': (0.005 * top, 0.4 * top), 'exponent': EXPONENTS}
+        result = {'stribeck_velocity': (0.005 * top, 0.4 * top), 'exponent': EXPONENTS}
+        if FOLLOWS in self.refined:
+            limit = float(signals.scales.sign_limit[joint])
+            result[FOLLOWS] = _FOLLOWED[0] * limit, _FOLLOWED[-1] * limit
+        return result

@@ -139,6 +139,14 @@ class Term(ABC):
         """
         return ()
 
+    def further(self: _T, signals: Recording, joint: int) -> tuple[tuple[_T, Inner], ...]:
+        """
+        Return the term with an inner parameter more, and values of it to begin at.
+
+        It stands in the place of this one where it explains very strongly more.
+        """
+        return ()
+
     def whole(self, change: FloatArray) -> FloatArray:
         """Return the amplitudes (k,) of which a fit found ``change``: with what the model has."""
         return change if self.stated is None else self.stated + change

@@ -1,0 +1,90 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Terms of friction that follows its level over a displacement, as bristles do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from known_robots import recording, rigid_effort, sines
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.identification.term_fit import TermFit, fit_terms
+from sosml_friction.model.simple_models import pendulum_model
+
+COULOMB, VISCOUS, STRIBECK, KNEE = 0.25, 0.15, 0.1, 0.05
+STEP, FINE = 4e-3, 8
+MODEL = pendulum_model(1.2, 0.3, 0.0, 0.02, 'joint')
+
+
+def bristles(v: np.ndarray, stiffness: float) -> np.ndarray:
+    """Return LuGre's friction without damping, F' = s_0 (v - F |v| / g), by fine steps."""
+    result, force = np.zeros_like(v), 0.0
+    for k in range(1, len(v)):
+        for j in range(FINE):
+            speed = v[k - 1] + (v[k] - v[k - 1]) * (j + 0.5) / FINE
+            level = COULOMB + STRIBECK * np.exp(-abs(speed) / KNEE)
+            aim = np.sign(speed) * level
+            force = aim + (force - aim) * np.exp(-stiffness * abs(speed) * STEP / FINE / level)
+        result[k] = force
+    return result
+
+
+def log(seed: int, displacement: float) -> JointLog:
+    """Return a minute of a pendulum that crosses the knee within the bristles' displacement."""
+    rng = np.random.default_rng(seed)
+    t = STEP * np.arange(15000)
+    sizes, rates = (0.5, 0.2, 0.12, 0.05), (0.31, 0.83, 1.7, 3.3)
+    q, v, a = sines(t, list(zip(sizes, rates, rng.uniform(0.0, 6.3, 4), strict=True)))
+    tau = rigid_effort(MODEL, *(x[:, None] for x in (q, v, a)))[:, 0] + VISCOUS * v
+    if displacement:
+        tau += bristles(v, COULOMB / displacement)
+    else:
+        tau += np.sign(v) * (COULOMB + STRIBECK * np.exp(-np.abs(v) / KNEE))
+    tau += rng.normal(0.0, 0.01, len(t))
+    count = 2.0 * np.pi / 2**19
+    q = count * np.rint(q / count + 0.5 * rng.standard_normal(len(t)))
+    return recording(('joint',), t, q, tau)
+
+
+def fitted(of: JointLog) -> TermFit:
+    return fit_terms([of], MODEL, ['coulomb', 'viscous', 'stribeck'])
+
+
+def follows(fit: TermFit) -> float:
+    (placed,) = fit.estimate.placed
+    return placed.inner.get('follows', 0.0)
+
+
+@pytest.mark.parametrize('seed', [1, 2])
+def test_s_and_v_s_are_those_of_the_bristles(seed):
+    """With friction that is at its level at once, S is a fifth too small."""
+    fit = fitted(log(seed, 1e-3))
+    told = fit.terms[-1].parameters
+    assert told['stribeck'].value == pytest.approx(STRIBECK, rel=0.1)
+    for name, truth in (('stribeck', STRIBECK), ('stribeck_velocity', KNEE)):
+        low, high = told[name].interval
+        assert low <= truth <= high
+    # One displacement for all: theirs, C / s_0 to (C + S) / s_0.
+    assert 0.9e-3 < follows(fit) < 1.5e-3
+    # It is a number of the fit alone.
+    assert set(told) == {'stribeck', 'stribeck_velocity', 'exponent'}
+    assert 'follows' not in fit.model.joints['joint'].friction.parameters
+
+
+def test_friction_that_is_at_its_level_at_once_has_none():
+    fit = fitted(log(3, 0.0))
+    assert follows(fit) == 0.0
+    told = fit.terms[-1].parameters['stribeck']
+    assert told.value == pytest.approx(STRIBECK, abs=2.0 * told.std_error)
+
+
+def test_a_diagnosis_has_the_same_numbers(tmp_path):
+    """Of a model that has the friction but for its Stribeck term."""
+    of = log(1, 1e-3)
+    fit = fitted(of)
+    found = diagnose([of], MODEL)
+    (cause,) = (each for each in found.causes if each.effect == 'stribeck')
+    told = fit.terms[-1].parameters['stribeck']
+    assert cause.parameters['stribeck'].value == pytest.approx(told.value, abs=told.std_error)
