@@ -17,8 +17,8 @@ from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_scale import LARGEST
 from sosml_friction.model.terms.kinds.term import Term
-from sosml_friction.regression.estimate import Placed
 from sosml_friction.regression.known_effort import with_all_known, with_known
+from sosml_friction.regression.placed import Placed
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
 from sosml_friction.regression.whitened import WhitenedRegression

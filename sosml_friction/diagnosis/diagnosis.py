@@ -14,7 +14,6 @@ from sosml_friction.diagnosis.decision.confusability import Confusability, confu
 from sosml_friction.diagnosis.decision.data_causes import data_causes
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
-from sosml_friction.diagnosis.decision.report_slopes import in_torque, report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import nominal_friction
 from sosml_friction.diagnosis.decision.verdict import verdict_of
@@ -40,6 +39,7 @@ from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.terms.effort_delay import EffortDelay
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
+from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -236,9 +236,9 @@ def _concluded(
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection, causes)
     nominal = laboratory.nominal.names
-    own = in_torque(laboratory, kept.accepted, kept.after.x)
-    slopes = report_slopes(laboratory, kept.accepted, kept.after.x)
-    errors = estimated(laboratory, kept).errors / slopes
+    report = ReportSlopes.of(laboratory, [finding.placed for finding in kept.accepted])
+    told, x = estimated(laboratory, kept), kept.after.x
+    own, errors = report.torque(x), report.errors(x, told.errors, told.covariance)
     rejected = selection.rejected
     return Diagnosis(
         verdict=verdict,

@@ -12,7 +12,8 @@ from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.inertia import Inertia
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.chance import BEYOND_CHANCE
-from sosml_friction.regression.estimate import Placed, estimate
+from sosml_friction.regression.estimate import estimate
+from sosml_friction.regression.placed import Placed
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Kind of the check.

@@ -27,9 +27,10 @@ from sosml_friction.model.terms.effort_delay import (
 )
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, Inner
-from sosml_friction.regression.estimate import Estimate, estimate, with_amplitudes
+from sosml_friction.regression.estimate import Estimate, estimate
 from sosml_friction.regression.evidence import AT_BOUND
 from sosml_friction.regression.nominal import EFFORT_HOLD
+from sosml_friction.regression.placed import with_amplitudes
 from sosml_friction.regression.rival import VERY_STRONG
 
 #: What a finding about it is called.

@@ -40,17 +40,11 @@ from sosml_friction.regression.body_width import (
     with_width,
 )
 from sosml_friction.regression.carried_load import fitted_to_carried_load
-from sosml_friction.regression.estimate import (
-    Estimate,
-    Linear,
-    Placed,
-    estimate,
-    place,
-    settle,
-    with_amplitudes,
-)
+from sosml_friction.regression.estimate import Estimate, Linear, estimate, place, settle
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_all_known
+from sosml_friction.regression.placed import Placed, with_amplitudes
+from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -495,6 +489,9 @@ def _fitted_terms(
             placed.term.identifier, where, parameters, objection
         )
     index = {name: k for k, name in enumerate(laboratory.nominal.names)}
+    report = ReportSlopes.of(laboratory, found.placed)
+    x = report.torque(found.fit.baseline.x)
+    errors = report.errors(found.fit.baseline.x, found.errors, found.covariance)
     result = []
     for joint, terms in wanted.items():
         for term in terms:
@@ -504,7 +501,7 @@ def _fitted_terms(
                 k = index[f'{joint} {term}']
                 i = names.index(joint)
                 unit = TERMS[term].unit(term, laboratory.robot.effort_units[i])
-                value, error = float(found.fit.baseline.x[k]), float(found.errors[k])
+                value, error = float(x[k]), float(errors[k])
                 told = with_interval(Parameter(value, unit, error))
                 if laboratory.system.bound[k] == 0.0:
                     high = Z_95 * error

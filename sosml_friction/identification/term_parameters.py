@@ -21,7 +21,9 @@ from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Par
 from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.regression.estimate import Estimate
 from sosml_friction.regression.inner_scale import is_place
-from sosml_friction.regression.profile import Profile
+from sosml_friction.regression.placed import with_amplitudes
+from sosml_friction.regression.profile import Profile, farther
+from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: A parameter within this share of the end of its physical range sits on it.
@@ -135,11 +137,21 @@ def _followed(
     placed = estimate.placed[which]
     term = placed.term
     ends = {**profile.inner}
-    for name, (low, high) in zip(term.amplitudes, profile.amplitude.tolist(), strict=True):
-        ends[name] = low, high
+    parts = with_amplitudes(estimate.placed, len(laboratory.nominal.bound))
+    part = list(parts)[which][1]
+    x, report = estimate.fit.baseline.x, ReportSlopes.of(laboratory, estimate.placed)
+    slopes = report.slopes(x)
+    errors = report.errors(x, estimate.errors, estimate.covariance)
+    # What not knowing the report adds.
+    more = np.sqrt(np.maximum(errors**2 - (estimate.errors / slopes) ** 2, 0.0))
+    sizes = np.sort(profile.amplitude / slopes[part, None], axis=1)
+    rows = zip(sizes.tolist(), report.torque(x)[part].tolist(), more[part].tolist(), strict=True)
+    for name, ((low, high), value, by) in zip(term.amplitudes, rows, strict=True):
+        ends[name] = farther((low, high), value, by)
     found = {name: replace(linear[name], interval=ends[name]) for name in ends if name in linear}
     ranges = term.searched_inner(laboratory.signals[0], placed.joint)
-    open_ = [name for name, own in profile.inner.items() if _is_open(own, ranges[name])]
+    told = {name: own for name, own in profile.inner.items() if name in term.inner}
+    open_ = [name for name, own in told.items() if _is_open(own, ranges[name])]
     reach = _reach(laboratory, estimate, which)
     reason = next(filter(None, (reason_for(n, reach, ends[n]) for n in _KNEE if n in ends)), '')
     if not reason and open_:

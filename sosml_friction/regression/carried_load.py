@@ -9,7 +9,8 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
-from sosml_friction.regression.estimate import Placed, equations_of, with_amplitudes
+from sosml_friction.regression.estimate import equations_of
+from sosml_friction.regression.placed import Placed, with_amplitudes
 from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.whitened import WhitenedRegression
 

@@ -4,15 +4,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol, TypeVar
 
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.fitted import Fitted
-from sosml_friction.model.terms.kinds.term import Inner, Term
+from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.column_norms import ROUNDING
 from sosml_friction.regression.evidence import (
     AT_BOUND,
@@ -25,6 +24,8 @@ from sosml_friction.regression.evidence import (
 )
 from sosml_friction.regression.inner_scale import moved, per_step, step_between
 from sosml_friction.regression.inner_search import refine
+from sosml_friction.regression.placed import Placed, with_amplitudes
+from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.rival import rival_probability
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -51,28 +52,6 @@ def far_from_reversals(laboratory: WhitenedRegression, Z: FloatArray) -> BoolArr
     peaks = np.abs(Z[:, :, which])
     share = peaks / np.maximum(peaks.max(axis=0), np.finfo(float).tiny)
     return np.asarray((share < _BESIDE).all(axis=2))
-
-
-class _HasColumns(Protocol):
-    @property
-    def columns(self) -> CandidateColumns: ...
-
-
-_T = TypeVar('_T', bound=_HasColumns)
-
-
-@dataclass(frozen=True)
-class Placed:
-    """Hold a term in a joint (0 or ``ROBOT``: in the whole robot) with its inner parameters."""
-
-    term: Term
-    joint: int
-    inner: Inner
-    columns: CandidateColumns
-
-    def with_inner(self, laboratory: WhitenedRegression, inner: Inner) -> Placed:
-        """Return the term with other inner parameters."""
-        return replace(self, inner=inner, columns=laboratory.single(self.term, self.joint, inner))
 
 
 @dataclass(frozen=True)
@@ -116,27 +95,25 @@ class Estimate:
     rivals: tuple[RivalFit, ...]
 
     def fitted(self, laboratory: WhitenedRegression) -> list[Fitted]:
-        """Return what was found of each term, as the term is asked about it."""
+        """
+        Return what was found of each term, as the term is asked about it.
+
+        Sizes of what makes a torque are those of the torque, and not of a report that is wrong.
+        """
         parts = with_amplitudes(self.placed, len(laboratory.nominal.bound))
+        x, report = self.fit.baseline.x, ReportSlopes.of(laboratory, self.placed)
+        torque, errors = report.torque(x), report.errors(x, self.errors, self.covariance)
         return [
             Fitted(
                 laboratory.signals[0],
                 placed.joint,
                 placed.inner,
-                placed.term.whole(self.fit.baseline.x[part]),
-                self.errors[part],
+                placed.term.whole(torque[part]),
+                errors[part],
                 inner_errors,
             )
             for (placed, part), inner_errors in zip(parts, self.inner_errors, strict=True)
         ]
-
-
-def with_amplitudes(placed: Sequence[_T], first: int) -> Iterator[tuple[_T, slice]]:
-    """Yield each term with where its amplitudes are among the parameters, from ``first`` on."""
-    for each in placed:
-        last = first + each.columns.C.shape[3]
-        yield each, slice(first, last)
-        first = last
 
 
 def settle(
@@ -529,6 +506,6 @@ def place(
         term, joint = candidate.effect, candidate.joint
         step(f'fitting {term.identifier}')
         start = candidate.grid[scores[k].best]
-        inner, _, columns = refine(laboratory, fit, term, joint, start)
+        term, inner, _, columns = refine(laboratory, fit, term, joint, start)
         placed.append(Placed(term, joint, inner, columns))
     return placed

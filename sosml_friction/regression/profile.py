@@ -10,15 +10,9 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.parameter import Z_95, Parameter
 from sosml_friction.model.terms.kinds.term import Inner
-from sosml_friction.regression.estimate import (
-    Estimate,
-    Linear,
-    Placed,
-    equations_of,
-    settle,
-    with_amplitudes,
-)
+from sosml_friction.regression.estimate import Estimate, Linear, equations_of, settle
 from sosml_friction.regression.inner_scale import moved, open_ends, per_step, step_between
+from sosml_friction.regression.placed import Placed, with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: An inner parameter with a larger error, as of inner_scale.py, is followed: where it is 0.05, S
@@ -92,12 +86,12 @@ class Profile:
                 ends.append(end)
                 points += passed
             by = estimate.inner_shift[which][name]
-            found[name] = _farther((ends[0], ends[1]), float(placed.inner[name]), by)
+            found[name] = farther((ends[0], ends[1]), float(placed.inner[name]), by)
         low = np.min([p.amplitude - p.half for p in points], axis=0)
         high = np.max([p.amplitude + p.half for p in points], axis=0)
         fitted = (x[walk.part] for x in (estimate.fit.baseline.x, estimate.shift))
         rows = zip(*(x.tolist() for x in (low, high, *fitted)), strict=True)
-        sizes = np.array([_farther((a, b), x, by) for a, b, x, by in rows])
+        sizes = np.array([farther((a, b), x, by) for a, b, x, by in rows])
         return cls(found, sizes, tuple(points))
 
 
@@ -106,7 +100,7 @@ def _without(error: FloatArray | float, part: FloatArray | float) -> FloatArray:
     return np.sqrt(np.maximum(np.square(error) - np.square(part), 0.0))
 
 
-def _farther(ends: tuple[float, float], value: float, shift: float) -> tuple[float, float]:
+def farther(ends: tuple[float, float], value: float, shift: float) -> tuple[float, float]:
     """Return a 95 % interval about a value with another error added; it does not pass 0."""
     low, high = Parameter(value, '', 0.0, ends).with_variance(shift**2).interval or ends
     return (max(low, 0.0) if ends[0] >= 0.0 else low), (min(high, 0.0) if ends[1] <= 0.0 else high)

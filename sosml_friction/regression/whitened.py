@@ -92,11 +92,14 @@ class WhitenedRegression:
             rows = rows.only(kept)
         y, standstill = whitening.apply(rows.residual), whitening.standstill
         known = np.full(y.shape[1], float(len(y))) if standstill is None else standstill.known()
-        if known.max() < FEWEST * settings.blocks:
+        found = round(float(known.max()))
+        if found < FEWEST * settings.blocks:
+            # A short recording is short by itself.
+            there = f'{found}' if found == len(y) else f'{found} of {len(y)}, as rests are none,'
             raise DataError(
-                f'{known.max():.0f} samples of a motion are left of the recording in the band of '
-                f'{signals[0].band.cutoff:.3g} Hz, which noise and rate leave, and '
-                f'{FEWEST * settings.blocks} are needed: record longer, or at a higher rate'
+                f'{FEWEST * settings.blocks} samples of a motion are needed in the band of '
+                f'{signals[0].band.cutoff:.3g} Hz, which noise and rate leave, and {there} are '
+                'there: record more motion, or at a higher rate'
             )
         blocks = make_blocks(len(y), settings.blocks, settings.folds)
         nominal = rows.nominal

@@ -18,7 +18,7 @@ from sosml_friction.diagnosis.untold_inertia import UNTOLD, untold_inertia
 from sosml_friction.model.terms.cogging import Cogging
 from sosml_friction.model.terms.inertia import Inertia
 from sosml_friction.model.terms.joint_elasticity import JointElasticity
-from sosml_friction.regression.estimate import Placed
+from sosml_friction.regression.placed import Placed
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
 from sosml_friction.regression.whitened import WhitenedRegression

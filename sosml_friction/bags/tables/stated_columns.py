@@ -205,7 +205,9 @@ class _StatedColumns(Guesser):
                 'supply or a limit: friction is in what was measured at the motor'
             )
         strange = '' if unit else word.strange
-        self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit), strange)
+        # What stands behind a name is as good as what stands behind an option.
+        written = bool(unit) or (word.quantity == quantity and word.is_unit_written)
+        self.words[whole] = HeaderWord(quantity, said, word.joint, False, written, strange)
         self.why[whole] = 'stated'
         return whole
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 from sosml_friction.diagnosis.decision.cause import joint_name
 from sosml_friction.model.terms.kinds.term import Inner, Term
-from sosml_friction.regression.estimate import Placed
 from sosml_friction.regression.evidence import CandidateColumns, Score
+from sosml_friction.regression.placed import Placed
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.report_slopes import in_torque
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import CONSTANTS, known_terms, model_friction
 from sosml_friction.model.model_folder import RobotModelFile
@@ -23,9 +22,10 @@ from sosml_friction.model.terms.kinds.simulated_term import Body, Motion, Simula
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.model.terms.presliding_hysteresis import PreslidingHysteresis
 from sosml_friction.regression.chance import BEYOND_CHANCE
-from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.nominal import EFFORT_HOLD, LATE, SOFTER, TURNS
+from sosml_friction.regression.placed import with_amplitudes
+from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.signals import Signals, bump
 from sosml_friction.regression.whitened import WhitenedRegression
 from sosml_friction.simulation.forward_model import ForwardModel
@@ -94,9 +94,10 @@ class ForwardGain:
         return np.concatenate(result)
 
     def _in_torque(self, findings: Sequence[Finding], x: FloatArray) -> FloatArray:
-        """Return parameters (..., p + k) with the nominal's deviations in torque."""
+        """Return parameters (..., p + k) in torque."""
         lab = self._laboratory
-        own = [in_torque(lab, findings, each) for each in np.atleast_2d(x)]
+        report = ReportSlopes.of(lab, [finding.placed for finding in findings])
+        own = [report.torque(each) for each in np.atleast_2d(x)]
         return np.array(own).reshape(x.shape)
 
     def _together(

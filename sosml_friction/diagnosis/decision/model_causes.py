@@ -17,7 +17,8 @@ from sosml_friction.identification.term_parameters import term_parameters
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous
-from sosml_friction.regression.estimate import Estimate, estimate, with_amplitudes
+from sosml_friction.regression.estimate import Estimate, estimate
+from sosml_friction.regression.placed import with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 

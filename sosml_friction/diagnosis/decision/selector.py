@@ -9,6 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.misfit import Misfit
 from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
@@ -16,8 +17,9 @@ from sosml_friction.diagnosis.decision.tones import tone_in_place
 from sosml_friction.diagnosis.decision.torque_ripple import torque_ripple_in_place
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.regression.carried_load import fitted_to_carried_load
-from sosml_friction.regression.estimate import estimate, settle, with_amplitudes
+from sosml_friction.regression.estimate import estimate, settle
 from sosml_friction.regression.evidence import CandidateColumns, Fit
+from sosml_friction.regression.placed import with_amplitudes
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -39,7 +41,7 @@ class Selector:
         self.settings = laboratory.settings
         self.step = step
         self.scorer = Scorer(laboratory)
-        self._impossible = 0.0
+        self._misfit: Misfit
 
     def run(
         self,
@@ -106,7 +108,7 @@ class Selector:
             found = _once(self.scorer.ranked(result.fit, columns), result.accepted)
             if not result.ranking:
                 result = replace(result, ranking=tuple(found[:_LISTED]))
-            self._impossible = impossible_energy(found)
+            self._misfit = Misfit.make(result.fit, impossible(found))
             if self._enough(result.accepted):
                 return result
             top = self._refined(result.fit, found)
@@ -159,7 +161,7 @@ class Selector:
 
     def _judged(self, finding: Finding) -> Finding:
         """Return a candidate with the gates that it fails beside what is impossible."""
-        floor = max(finding.floor, self._misfit(finding))
+        floor = max(finding.floor, self._misfit.floor(finding))
         return replace(finding, floor=floor).judged()
 
     def _as_stated(self, result: Selection, best: Finding, rivals: Rivals) -> Finding:
@@ -240,18 +242,6 @@ class Selector:
             if candidate.key == key
         )
         return finding
-
-    def _misfit(self, finding: Finding) -> float:
-        """
-        Return the floor that impossible candidates set, as a share of the held-out energy.
-
-        The best of them shows what a wrong model looks like: a cause explains as much, but for
-        the standard error of what it explains.
-        """
-        if finding.score.energy <= 0.0:
-            return 0.0
-        share = finding.score.cv_gain / finding.score.energy
-        return self._impossible * share - finding.score.cv_se
 
     def _without_idle(self, result: Selection, least: int) -> Selection:
         """
@@ -348,22 +338,20 @@ def only_impossible(finding: Finding) -> bool:
     return bool(finding.objection) and not ahead and s.cv_least > finding.floor
 
 
-def impossible_energy(found: Sequence[Finding]) -> float:
+def impossible(found: Sequence[Finding]) -> list[Finding]:
     """
-    Return the largest held-out energy that an impossible candidate removes.
+    Return the candidates with evidence that are impossible.
 
-    It shows how wrong the model is in ways that are in no catalogue. Not so another form of a term
-    that is possible as the model states it.
+    Not so another form of a term that is possible as the model states it.
     """
     stated = [f for f in found if f.effect.stated is not None and not f.objection]
-    energies = [
-        f.score.energy
+    return [
+        f
         for f in found
         if f.objection
         and f.delta_bic > VERY_STRONG
         and not any(same_term(f, own) for own in stated)
     ]
-    return max(energies, default=0.0)
 
 
 def chosen(rivals: Rivals, judged: Callable[[Finding], Finding]) -> Finding:

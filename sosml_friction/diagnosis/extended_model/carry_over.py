@@ -26,7 +26,7 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.extended_model.effort_error import HeldOut
 from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
-from sosml_friction.regression.estimate import with_amplitudes
+from sosml_friction.regression.placed import with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 Key = tuple[str, int]
