@@ -40,7 +40,14 @@ from sosml_friction.regression.body_width import (
     with_width,
 )
 from sosml_friction.regression.carried_load import fitted_to_carried_load
-from sosml_friction.regression.estimate import Estimate, Linear, estimate, place, settle
+from sosml_friction.regression.estimate import (
+    Estimate,
+    Linear,
+    estimate,
+    place,
+    refined_again,
+    settle,
+)
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_all_known
 from sosml_friction.regression.placed import Placed, with_amplitudes
@@ -365,7 +372,8 @@ def _with_values(
     it makes is not changed by it.
     """
     while True:
-        placed = settle(laboratory, place(laboratory, keys, step), step)
+        placed = refined_again(laboratory, place(laboratory, keys, step))
+        placed = settle(laboratory, placed, step)
         laboratory, placed = fitted_to_carried_load(laboratory, placed)
         # The order of the list, not that of the search.
         placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))

@@ -15,6 +15,9 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.compiled import compiled
 
+#: S / C for which what follows is computed. S is right to a few percent from 0.2 C to 0.8 C
+#: (``python -m validation.bristles``).
+SHARE = 0.5
 #: A shorter way, in displacements, changes nothing but by rounding.
 _SHORTEST = 1e-12
 
@@ -45,17 +48,19 @@ def dahl_path(x: FloatArray, displacement: float) -> FloatArray:
 
 def following_path(x: FloatArray, displacement: float, level: FloatArray) -> FloatArray:
     """
-    Return y (N,) along a path: by how much friction grows with what is added at ``level``.
+    Return y (N,) along a path: what friction has more for a Stribeck term, per unit of it.
 
-    Bristles of stiffness s_0 have F' = s_0 (q' - F |q'| / g). With g = C + S l their slope over S
-    at S = 0 is dy/d|x| = (z l - y) / x_0, with z = F / C of :func:`dahl_path` and x_0 = C / s_0.
-    Where l changes little within x_0, y is l times the sign.
+    Bristles of stiffness s_0 have F' = s_0 (q' - F |q'| / g). With f = F / C, g = C (1 + r l) and
+    x_0 = C / s_0 that is df/d|x| = (sgn(q') - f / (1 + r l)) / x_0: z of :func:`dahl_path` for
+    r = 0, and y = (f - z) / r. Where l changes little within x_0, y is l times the sign. It hardly
+    depends on r = S / C, for which :data:`SHARE` stands.
 
     :param level: l at the samples (N,), 1 where the path turns around.
     """
     longer, own, after = _to_its_turns(x)
-    z = _path(longer, displacement)
-    return np.asarray(_following(longer, z, np.insert(level, after + 1, 1.0), displacement)[own])
+    levels = 1.0 + SHARE * np.insert(level, after + 1, 1.0)
+    f, z = _bristles(longer, displacement, levels), _path(longer, displacement)
+    return np.asarray((f - z)[own] / SHARE)
 
 
 def _to_its_turns(x: FloatArray) -> tuple[FloatArray, IndexArray, IndexArray]:
@@ -96,16 +101,19 @@ def _path(x: FloatArray, displacement: float) -> FloatArray:
 
 
 @compiled
-def _following(x: FloatArray, z: FloatArray, level: FloatArray, displacement: float) -> FloatArray:
-    """Return y (N,) along such a path; z times level is a line between its samples."""
-    y = np.zeros(len(x))
+def _bristles(x: FloatArray, displacement: float, level: FloatArray) -> FloatArray:
+    """Return f (N,) along such a path; the level that it follows is a line between its samples."""
+    f = np.zeros(len(x))
     now = 0.0
     for k in range(1, len(x)):
-        way = abs(x[k] - x[k - 1]) / displacement
-        if way > 0.0:
-            begin, end = z[k - 1] * level[k - 1], z[k] * level[k]
+        dx = x[k] - x[k - 1]
+        if dx != 0.0:
+            sign = 1.0 if dx > 0.0 else -1.0
+            begin, end = sign * level[k - 1], sign * level[k]
+            # In displacements, which go with the level.
+            way = 2.0 * abs(dx) / (displacement * (level[k] + level[k - 1]))
             # What follows a line stays behind it by its slope.
             behind = (end - begin) / max(way, _SHORTEST)
             now = end - behind + (now - begin + behind) * math.exp(-way)
-        y[k] = now
-    return y
+        f[k] = now
+    return f

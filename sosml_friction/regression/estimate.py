@@ -23,7 +23,7 @@ from sosml_friction.regression.evidence import (
     solve_bounded,
 )
 from sosml_friction.regression.inner_scale import moved, per_step, step_between
-from sosml_friction.regression.inner_search import refine
+from sosml_friction.regression.inner_search import refine, turning_displacement
 from sosml_friction.regression.placed import Placed, with_amplitudes
 from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.rival import rival_probability
@@ -481,6 +481,29 @@ def _slope(
     return CandidateColumns.make(laboratory.system, each.columns.rows, change[..., None])
 
 
+def refined_again(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> list[Placed]:
+    """
+    Return terms, refined anew where friction turns around over more than when they were.
+
+    A term that says so may have been found after them.
+    """
+    result = list(placed)
+    for k, each in enumerate(placed):
+        before, after = (
+            turning_displacement(laboratory, each.joint, own)
+            for own in (placed[:k], placed[k + 1 :])
+        )
+        if after <= before or each.term.further(after) is None:
+            continue
+        others = [*result[:k], *result[k + 1 :]]
+        fit = Fit.make(system_with(laboratory, [own.columns for own in others]), laboratory.y)
+        term, inner, _, columns = refine(
+            laboratory, fit, each.term, each.joint, each.inner, others
+        )
+        result[k] = Placed(term, each.joint, inner, columns)
+    return result
+
+
 def place(
     laboratory: WhitenedRegression,
     wanted: Sequence[tuple[str, int]],
@@ -506,6 +529,6 @@ def place(
         term, joint = candidate.effect, candidate.joint
         step(f'fitting {term.identifier}')
         start = candidate.grid[scores[k].best]
-        term, inner, _, columns = refine(laboratory, fit, term, joint, start)
+        term, inner, _, columns = refine(laboratory, fit, term, joint, start, placed)
         placed.append(Placed(term, joint, inner, columns))
     return placed

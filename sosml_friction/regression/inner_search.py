@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inner parameters where the cost is least: what a fit and a diagnosis do alike."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.optimize import minimize
 
@@ -9,6 +11,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_scale import moved
+from sosml_friction.regression.placed import Placed
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -26,7 +29,12 @@ _MOST, _SAME_PLACE, _SAME_COST = 25, 0.01, 0.5
 
 
 def refine(
-    laboratory: WhitenedRegression, fit: Fit, term: Term, joint: int, start: Inner
+    laboratory: WhitenedRegression,
+    fit: Fit,
+    term: Term,
+    joint: int,
+    start: Inner,
+    beside: Sequence[Placed] = (),
 ) -> tuple[Term, Inner, Score, CandidateColumns]:
     """
     Return a term with its inner parameters where the cost is least, its score and columns.
@@ -35,22 +43,31 @@ def refine(
     and Mead's simplex, within their physical range, as of inner_scale.py; a frequency by cycles
     over the range of motion. A term that has one more (:meth:`Term.further`) is taken where it
     explains very strongly more, in units of what is left.
+
+    :param beside: the terms of the fit.
     """
     inner, s, columns = _refined(laboratory, fit, term, joint, start)
-    others = term.further(laboratory.signals[0], joint)
-    if not others:
+    further = term.further(turning_displacement(laboratory, joint, beside))
+    if further is None:
         return term, inner, s, columns
-
-    def gain(other: tuple[Term, Inner]) -> float:
-        its = laboratory.single(other[0], joint, {**inner, **other[1]})
-        return float(fit.score(its.beside(fit.system)).gain)
-
-    other, more = max(others, key=gain)
+    other, more = further
     its = _refined(laboratory, fit, other, joint, {**inner, **more})
     left = max((fit.baseline.cost - s.gain) / float(laboratory.noise_energy.sum()), 1.0)
     if its[1].gain - s.gain > VERY_STRONG * left:
         return other, *its
     return term, inner, s, columns
+
+
+def turning_displacement(
+    laboratory: WhitenedRegression, joint: int, beside: Sequence[Placed]
+) -> float:
+    """Return over which displacement the friction of a joint turns around [rad or m]."""
+    slow = [
+        float(each.inner['displacement'])
+        for each in beside
+        if each.joint == joint and each.term.reversals_alone and 'displacement' in each.inner
+    ]
+    return max(float(laboratory.signals[0].scales.displacement[joint]), *slow, 0.0)
 
 
 def _refined(

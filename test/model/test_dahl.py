@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sosml_friction.model.dahl import dahl_path, following_path
+from sosml_friction.model.dahl import SHARE, dahl_path, following_path
 
 X = 2e-3
 STEP = 1e-3
@@ -34,24 +34,23 @@ def bristles(t, more):
 
 
 def test_one_way_both_are_what_the_equations_say():
-    """z = 1 - e^-u and, at a level of 1, y = 1 - (1 + u) e^-u after u displacements."""
-    u = np.linspace(0.0, 6.0, 2001)
-    assert dahl_path(u * X, X) == pytest.approx(1.0 - np.exp(-u), abs=1e-12)
-    # z is a line between samples: of second order in a step of 0.003.
+    """z = 1 - e^-u and, at a level of 1, f = g (1 - e^(-u / g)) after u displacements."""
+    u, g = np.linspace(0.0, 6.0, 201), 1.0 + SHARE
+    z = 1.0 - np.exp(-u)
+    assert dahl_path(u * X, X) == pytest.approx(z, abs=1e-12)
     y = following_path(u * X, X, np.ones_like(u))
-    assert y == pytest.approx(1.0 - (1.0 + u) * np.exp(-u), abs=2e-6)
+    assert y == pytest.approx((g * (1.0 - np.exp(-u / g)) - z) / SHARE, abs=1e-12)
 
 
-def test_what_follows_is_the_slope_of_bristles_over_the_stribeck_term():
+def test_what_follows_is_what_bristles_have_more_for_a_stribeck_term():
     t = STEP * np.arange(4000)
     q, v = motion(t)
-    S = 1e-3
-    slope = (bristles(t, S) - bristles(t, -S)) / (2.0 * S)
+    more = (bristles(t, SHARE) - bristles(t, 0.0)) / SHARE
     y = following_path(q, X, level(v))
     # Samples are 1 ms apart: the path turns within them by a parabola.
-    assert np.abs(y - slope).max() < 0.01
+    assert np.abs(y - more).max() < 0.01
     at_once = dahl_path(q, X) * level(v)
-    assert np.abs(at_once - slope).max() > 0.2
+    assert np.abs(at_once - more).max() > 0.15
 
 
 def test_over_no_distance_it_is_the_sign_times_the_level():

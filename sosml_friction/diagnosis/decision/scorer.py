@@ -16,6 +16,7 @@ from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.chance import BEYOND_CHANCE
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_search import refine
+from sosml_friction.regression.placed import Placed
 from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -150,10 +151,16 @@ class Scorer:
             there, best=s.best, amplitude=s.amplitude, error=s.error, x=s.x, gains=s.gains
         )
 
-    def refine(self, fit: Fit, finding: Finding) -> Finding:
-        """Return a finding with its continuous inner parameters where the cost is least."""
+    def refine(self, fit: Fit, finding: Finding, beside: Sequence[Placed]) -> Finding:
+        """
+        Return a finding with its continuous inner parameters where the cost is least.
+
+        :param beside: the terms of the fit.
+        """
         effect, joint = finding.effect, finding.joint
-        effect, inner, s, columns = refine(self.laboratory, fit, effect, joint, finding.inner)
+        effect, inner, s, columns = refine(
+            self.laboratory, fit, effect, joint, finding.inner, beside
+        )
         if not effect.searched_inner(self.laboratory.signals[0], joint):
             return replace(finding, columns=columns)
         grid = next(len(c.grid) for c in self.laboratory.candidates if c.key == finding.key)

@@ -17,7 +17,7 @@ from sosml_friction.diagnosis.decision.tones import tone_in_place
 from sosml_friction.diagnosis.decision.torque_ripple import torque_ripple_in_place
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.regression.carried_load import fitted_to_carried_load
-from sosml_friction.regression.estimate import estimate, settle
+from sosml_friction.regression.estimate import estimate, refined_again, settle
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.placed import with_amplitudes
 from sosml_friction.regression.rival import VERY_STRONG
@@ -90,10 +90,11 @@ class Selector:
 
         The load is that of the bodies with them, and what is left is judged.
         """
-        placed = settle(self.laboratory, [f.placed for f in found.accepted], self.step)
+        placed = refined_again(self.laboratory, [f.placed for f in found.accepted])
+        placed = settle(self.laboratory, placed, self.step)
         carried, placed = fitted_to_carried_load(self.laboratory, placed)
         accepted = [
-            replace(finding, inner=each.inner, columns=each.columns)
+            replace(finding, effect=each.term, inner=each.inner, columns=each.columns)
             for finding, each in zip(found.accepted, placed, strict=True)
         ]
         result = replace(found.refitted(self.laboratory, accepted), laboratory=carried)
@@ -111,7 +112,7 @@ class Selector:
             self._misfit = Misfit.make(result.fit, impossible(found))
             if self._enough(result.accepted):
                 return result
-            top = self._refined(result.fit, found)
+            top = self._refined(result, found)
             result = replace(result, refused=next(filter(only_impossible, top), None))
             if not top:
                 return result
@@ -140,19 +141,20 @@ class Selector:
         distinct = len({finding.key for finding in accepted})
         return distinct >= n * settings.most_causes or len(accepted) >= n * settings.most_terms
 
-    def _refined(self, fit: Fit, found: Sequence[Finding]) -> list[Finding]:
+    def _refined(self, result: Selection, found: Sequence[Finding]) -> list[Finding]:
         """Return the best candidates refined, best first; none if there is no evidence."""
         if not found or found[0].delta_bic < VERY_STRONG:
             return []
         self.step('refining the best candidates')
         top: list[Finding] = []
+        beside = [own.placed for own in result.accepted]
         plausible = 0
         for finding in found:
             if finding.delta_bic < VERY_STRONG:
                 break
             if plausible and finding.delta_bic < 0.5 * found[0].delta_bic:
                 break
-            refined = self.scorer.refine(fit, finding)
+            refined = self.scorer.refine(result.fit, finding, beside)
             top.append(refined)
             plausible += not refined.objection
             if plausible >= _REFINED or (plausible and len(top) >= 2 * _REFINED):

@@ -24,10 +24,10 @@ _T = TypeVar('_T', bound='FadingTerm')
 EXPONENTS = (0.5, 2.5)
 #: Values of v_s that are tried first, as shares of the top speed. Chosen, no measurement.
 KNEES = tuple(np.geomspace(0.01, 0.25, 7).tolist())
-#: The inner parameter of friction that follows its level, and the values tried first: from where
-#: it is the sign itself to the longest that presliding is looked for, as shares of the
-#: displacement that still counts as a sign.
-FOLLOWS, _FOLLOWED = 'follows', (0.05, 0.2, 0.8, 3.0, 11.0, 40.0)
+#: The inner parameter of friction that follows its level, and its range, as shares of the
+#: displacement over which friction turns around: the bristles are the same. A factor of two to
+#: both sides is what that is known to, beside a level that changes within it. Chosen.
+FOLLOWS, _ABOUT = 'follows', (0.5, 2.0)
 
 
 def fade(
@@ -72,13 +72,14 @@ class FadingTerm(EffortTerm):
 
     ``broad``: it fades as :func:`broad_fade`, which has no exponent. With an inner parameter
     ``follows`` [rad or m] friction follows its level over that displacement, as bristles do: where
-    the knee is crossed within it, as after each start, less of S is seen. It is a number of the
-    gear beside the sign's, fitted where the data show it, and of no model.
+    the knee is crossed within it, as after each start, less of S is seen. It is that over which
+    friction turns around, fitted within ``follows`` where the data show it, and in no model.
     """
 
     inner: ClassVar[Mapping[str, str]] = {'stribeck_velocity': '{length}/s', 'exponent': '1'}
     refined: ClassVar[tuple[str, ...]] = ('stribeck_velocity', 'exponent')
     broad: bool = False
+    follows: tuple[float, float] | None = None
 
     def rivals(self: _T) -> tuple[_T, ...]:
         """Return the term that fades as :func:`broad_fade`."""
@@ -90,14 +91,15 @@ class FadingTerm(EffortTerm):
         vars(result).update(broad=True, refined=refined)
         return (result,)
 
-    def further(self: _T, signals: Recording, joint: int) -> tuple[tuple[_T, Inner], ...]:
-        """Return the term that follows its level, from several displacements on."""
+    def further(self: _T, displacement: float) -> tuple[_T, Inner] | None:
+        """Return the term that follows its level over about that displacement."""
         if self.stated is not None:
-            return ()
+            return None
         result = copy(self)
-        vars(result).update(refined=(*self.refined, FOLLOWS))
-        limit = float(signals.scales.sign_limit[joint])
-        return tuple((result, {FOLLOWS: limit * share}) for share in _FOLLOWED)
+        ends = tuple(displacement * share for share in _ABOUT)
+        refined = tuple(dict.fromkeys((*self.refined, FOLLOWS)))
+        vars(result).update(refined=refined, follows=ends)
+        return result, {FOLLOWS: displacement}
 
     @abstractmethod
     def at_standstill(self, motion: Motion, joint: int | slice, sign: FloatArray) -> FloatArray:
@@ -132,7 +134,4 @@ class FadingTerm(EffortTerm):
         """Return the physical range."""
         top = float(signals.scales.speed[joint])
         result = {'stribeck_velocity': (0.005 * top, 0.4 * top), 'exponent': EXPONENTS}
-        if FOLLOWS in self.refined:
-            limit = float(signals.scales.sign_limit[joint])
-            result[FOLLOWS] = _FOLLOWED[0] * limit, _FOLLOWED[-1] * limit
-        return result
+        return result if self.follows is None else {**result, FOLLOWS: self.follows}

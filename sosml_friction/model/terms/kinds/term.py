@@ -139,13 +139,15 @@ class Term(ABC):
         """
         return ()
 
-    def further(self: _T, signals: Recording, joint: int) -> tuple[tuple[_T, Inner], ...]:
+    def further(self: _T, displacement: float) -> tuple[_T, Inner] | None:
         """
-        Return the term with an inner parameter more, and values of it to begin at.
+        Return the term with an inner parameter more, and where it begins; None for no such form.
 
         It stands in the place of this one where it explains very strongly more.
+
+        :param displacement: over which the friction of its joint turns around [rad or m].
         """
-        return ()
+        return None
 
     def whole(self, change: FloatArray) -> FloatArray:
         """Return the amplitudes (k,) of which a fit found ``change``: with what the model has."""
