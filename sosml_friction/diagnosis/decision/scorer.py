@@ -151,7 +151,7 @@ class Scorer:
             there, best=s.best, amplitude=s.amplitude, error=s.error, x=s.x, gains=s.gains
         )
 
-    def refine(self, fit: Fit, finding: Finding, beside: Sequence[Placed]) -> Finding:
+    def refine(self, fit: Fit, finding: Finding, beside: Sequence[Placed] = ()) -> Finding:
         """
         Return a finding with its continuous inner parameters where the cost is least.
 
