@@ -12,6 +12,7 @@ from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.regression.estimate import Estimate
 from sosml_friction.regression.evidence import UNIFORM, Fit
+from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 _FITTED = 'fitted beside friction'
@@ -39,12 +40,14 @@ def fitted_armature(
     known = nominal.rigid_columns[np.isfinite(bound[nominal.rigid_columns])]
     bound[known] = 0.0
     x = Fit.make(replace(found.fit.system, bound=bound), laboratory.y).baseline.x
+    report = ReportSlopes.of(laboratory, found.placed)
+    x, errors = report.torque(x), report.errors(x, found.errors, found.covariance)
     result = {}
     for i, joint in enumerate(robot.names):
         if joint not in laboratory.settings.unknown_armature:
             continue
         k = names.index(f'{joint} armature')
-        value, of_data = float(robot.armature[i] + x[k]), float(found.errors[k])
+        value, of_data = float(robot.armature[i] + x[k]), float(errors[k])
         # The bodies' inertia is anywhere within its tolerance alike.
         error = float(np.hypot(of_data, tolerance / np.sqrt(UNIFORM) * bodies[i]))
         unit = 'kg m2' if robot.effort_units[i] == 'Nm' else 'kg'

@@ -316,7 +316,9 @@ def fit_terms(
     step('fitting the terms')
     laboratory, body = _with_body(laboratory, keys, body_tolerance, step)
     laboratory, found = _with_values(laboratory, keys, step)
-    fitted = _fitted_terms(laboratory, found, wanted)
+    x, report = found.fit.baseline.x, ReportSlopes.of(laboratory, found.placed)
+    torque, errors = report.torque(x), report.errors(x, found.errors, found.covariance)
+    fitted = _fitted_terms(laboratory, found, wanted, torque, errors)
     armature = fitted_armature(laboratory, found, body.tolerance)
     names = laboratory.nominal.names
     result = TermFit(
@@ -325,8 +327,8 @@ def fit_terms(
         linear=fitted,
         nominal=nominal,
         had=model,
-        refit=dict(zip(names, found.fit.baseline.x.tolist(), strict=False)),
-        refit_errors=dict(zip(names, found.errors.tolist(), strict=False)),
+        refit=dict(zip(names, torque.tolist(), strict=False)),
+        refit_errors=dict(zip(names, errors.tolist(), strict=False)),
         before=np.zeros(robot.n),
         after=np.zeros(robot.n),
         measured=_rms(laboratory.measured()),
@@ -485,8 +487,13 @@ def _keys(
 
 
 def _fitted_terms(
-    laboratory: WhitenedRegression, found: Estimate, wanted: Mapping[str, Sequence[str]]
+    laboratory: WhitenedRegression,
+    found: Estimate,
+    wanted: Mapping[str, Sequence[str]],
+    x: FloatArray,
+    errors: FloatArray,
 ) -> tuple[FittedTerm, ...]:
+    """Return the terms of a list; ``x`` and ``errors`` are those of the nominal's numbers."""
     names = laboratory.robot.names
     by_key: dict[tuple[str, str], FittedTerm] = {}
     fits, known = found.fitted(laboratory), linear_parameters(laboratory, found)
@@ -497,9 +504,6 @@ def _fitted_terms(
             placed.term.identifier, where, parameters, objection
         )
     index = {name: k for k, name in enumerate(laboratory.nominal.names)}
-    report = ReportSlopes.of(laboratory, found.placed)
-    x = report.torque(found.fit.baseline.x)
-    errors = report.errors(found.fit.baseline.x, found.errors, found.covariance)
     result = []
     for joint, terms in wanted.items():
         for term in terms:

@@ -162,7 +162,7 @@ def _followed(
         return found
     experiment = ''
     if term.identifier == 'stribeck':
-        reason = f'{reason}; {_at_slowest(reach, profile)}'
+        reason = f'{reason}; {_at_slowest(reach, profile, float(slopes[part.start]))}'
         experiment = experiment_for('stribeck', reach)
     flags = (NOT_IDENTIFIABLE,)
     return {
@@ -212,12 +212,16 @@ def slowest_speed(steady: FloatArray) -> float:
     return float(np.quantile(steady, _SLOWEST))
 
 
-def _at_slowest(reach: DataReach, profile: Profile) -> str:
-    """Return what is known of a Stribeck term where it was recorded."""
+def _at_slowest(reach: DataReach, profile: Profile, slope: float) -> str:
+    """
+    Return what is known of a Stribeck term where it was recorded.
+
+    :param slope: by which the profile's sizes are reported.
+    """
     ends = []
     for point in profile.points:
         v_s, exponent = point.inner['stribeck_velocity'], point.inner['exponent']
-        left = float(fade(reach.slowest, v_s, exponent))
+        left = float(fade(reach.slowest, v_s, exponent)) / slope
         ends += [left * float(point.amplitude[0] + way * point.half[0]) for way in (-1.0, 1.0)]
     if max(ends) < _NOTHING * reach.level:
         return f'at {reach.speed(reach.slowest)} nothing is left of it'

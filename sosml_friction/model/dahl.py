@@ -18,8 +18,6 @@ from sosml_friction.compiled import compiled
 #: S / C for which what follows is computed. S is right to a few percent from 0.2 C to 0.8 C
 #: (``python -m validation.bristles``).
 SHARE = 0.5
-#: A shorter way, in displacements, changes nothing but by rounding.
-_SHORTEST = 1e-12
 
 
 def dahl_step(z: FloatArray, dx: FloatArray, displacement: FloatArray | float) -> FloatArray:
@@ -112,8 +110,8 @@ def _bristles(x: FloatArray, displacement: float, level: FloatArray) -> FloatArr
             begin, end = sign * level[k - 1], sign * level[k]
             # In displacements, which go with the level.
             way = 2.0 * abs(dx) / (displacement * (level[k] + level[k - 1]))
-            # What follows a line stays behind it by its slope.
-            behind = (end - begin) / max(way, _SHORTEST)
-            now = end - behind + (now - begin + behind) * math.exp(-way)
+            # Towards the level, and after its change but for what follows a line behind it.
+            moved = -math.expm1(-way)
+            now += (begin - now) * moved + (end - begin) * (1.0 - moved / way)
         f[k] = now
     return f

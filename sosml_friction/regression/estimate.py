@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.model.terms.kinds.fading_term import ABOUT
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.column_norms import ROUNDING
@@ -483,23 +484,22 @@ def _slope(
 
 def refined_again(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> list[Placed]:
     """
-    Return terms, refined anew where friction turns around over more than when they were.
+    Return terms, refined anew where friction turns around over another displacement by now.
 
-    A term that says so may have been found after them.
+    A term that says so may have been found after them, or have been taken out again.
     """
     result = list(placed)
     for k, each in enumerate(placed):
-        before, after = (
-            turning_displacement(laboratory, each.joint, own)
-            for own in (placed[:k], placed[k + 1 :])
-        )
-        if after <= before or each.term.further(after) is None:
-            continue
         others = [*result[:k], *result[k + 1 :]]
+        now = turning_displacement(laboratory, each.joint, others)
+        before = each.term.about or turning_displacement(laboratory, each.joint, ())
+        # What was tried or taken then goes as far.
+        if ABOUT[0] * before <= now <= ABOUT[1] * before or each.term.further(now) is None:
+            continue
         fit = Fit.make(system_with(laboratory, [own.columns for own in others]), laboratory.y)
-        term, inner, _, columns = refine(
-            laboratory, fit, each.term, each.joint, each.inner, others
-        )
+        plain = type(each.term)()
+        start = {name: each.inner[name] for name in plain.inner}
+        term, inner, _, columns = refine(laboratory, fit, plain, each.joint, start, others)
         result[k] = Placed(term, each.joint, inner, columns)
     return result
 

@@ -95,11 +95,11 @@ class WhitenedRegression:
         found = round(float(known.max()))
         if found < FEWEST * settings.blocks:
             # A short recording is short by itself.
-            there = f'{found}' if found == len(y) else f'{found} of {len(y)}, as rests are none,'
+            rests = f' ({len(y)} samples, but the joints rest in the others)' * (found < len(y))
             raise DataError(
-                f'{FEWEST * settings.blocks} samples of a motion are needed in the band of '
-                f'{signals[0].band.cutoff:.3g} Hz, which noise and rate leave, and {there} are '
-                'there: record more motion, or at a higher rate'
+                f'{found} samples of a motion are in the band of {signals[0].band.cutoff:.3g} Hz, '
+                f'which noise and rate leave{rests}, and {FEWEST * settings.blocks} are needed: '
+                'record more motion, or at a higher rate'
             )
         blocks = make_blocks(len(y), settings.blocks, settings.folds)
         nominal = rows.nominal

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from known_robots import arm_model, arm_motion, recording, rigid_effort
@@ -11,7 +13,8 @@ from known_robots import arm_model, arm_motion, recording, rigid_effort
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.identification.term_fit import fit_terms
-from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.model_folder import EffectTerm
+from sosml_friction.model.parameter import Z_95, Parameter
 
 STEP, NOISE = 4e-3, 0.02
 SPRING, ZERO = 1.5, 0.9
@@ -71,6 +74,34 @@ def test_a_fit_of_both_says_the_same():
     assert set(told) == set(truth)
     for name, p in told.items():
         assert p.interval[0] <= truth[name] <= p.interval[1]
+
+
+@pytest.mark.parametrize('scale', [0.75, 1.3])
+def test_a_coupling_from_a_joint_whose_report_is_wrong_has_its_torque(scale):
+    """Of what is reported it would be a third too large, or a quarter too small."""
+    found = diagnose([log(5, scale=scale, coupling=0.15)], arm_model())
+    assert {cause.effect for cause in found.causes} == {'joint_coupling', 'effort_scale'}
+    assert within(found, 'joint_coupling', 'coupling', 0.15)
+    fit = fit_terms(
+        [log(5, scale=scale, coupling=0.15)],
+        arm_model(),
+        ['coulomb', 'viscous', 'joint_coupling@shoulder', 'effort_scale@elbow'],
+    )
+    told = {(x.joint, name): p for x in fit.terms for name, p in x.parameters.items()}
+    for key, truth in (
+        (('shoulder', 'coupling'), 0.15),
+        (('elbow', 'coulomb'), 0.5),
+        (('elbow', 'error'), scale - 1.0),
+    ):
+        low, high = told[key].interval
+        assert low <= truth <= high
+
+
+def test_a_spring_beside_a_report_that_the_model_states_is_the_torques_too():
+    term = EffectTerm('effort_scale', 'elbow', {'error': Parameter(-0.25, '1')})
+    model = replace(arm_model(), effects=(term,))
+    found = diagnose([log(1, scale=0.75, spring=SPRING)], model)
+    assert within(found, 'spring', 'stiffness', SPRING)
 
 
 @pytest.mark.parametrize('seed', [3, 4])

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from known_robots import recording, rigid_effort, sines
@@ -11,6 +13,8 @@ from known_robots import recording, rigid_effort, sines
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.identification.term_fit import TermFit, fit_terms
+from sosml_friction.model.model_folder import FrictionParameters
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.simple_models import pendulum_model
 
 COULOMB, VISCOUS, STRIBECK, KNEE = 0.25, 0.15, 0.1, 0.05
@@ -80,7 +84,7 @@ def test_friction_that_is_at_its_level_at_once_has_none():
     assert told.value == pytest.approx(STRIBECK, abs=2.0 * told.std_error)
 
 
-def test_a_diagnosis_has_the_same_numbers(tmp_path):
+def test_a_diagnosis_has_the_same_numbers():
     """Of a model that has the friction but for its Stribeck term."""
     of = log(1, 1e-3)
     fit = fitted(of)
@@ -88,3 +92,34 @@ def test_a_diagnosis_has_the_same_numbers(tmp_path):
     (cause,) = (each for each in found.causes if each.effect == 'stribeck')
     told = fit.terms[-1].parameters['stribeck']
     assert cause.parameters['stribeck'].value == pytest.approx(told.value, abs=told.std_error)
+    assert all('follows' in inner for inner, _ in cause.terms)
+    assert 'follows' not in cause.parameters
+
+
+def test_bristles_longer_than_a_sign_are_those_of_presliding():
+    """Whichever of the two is found first."""
+    of = log(4, 3e-3)
+    for order in (['stribeck', 'presliding_hysteresis'], ['presliding_hysteresis', 'stribeck']):
+        fit = fit_terms([of], MODEL, ['coulomb', 'viscous', *order])
+        told = {name: p for term in fit.terms for name, p in term.parameters.items()}
+        low, high = told['stribeck'].interval
+        assert low <= STRIBECK <= high
+        assert told['displacement'].value == pytest.approx(3e-3, rel=0.15)
+        (follows,) = (x.inner['follows'] for x in fit.estimate.placed if 'follows' in x.inner)
+        assert follows == pytest.approx(3e-3, rel=0.5)
+
+
+@pytest.mark.parametrize('stated', [1e-4, 0.05])
+def test_a_model_that_states_its_stribeck_term_is_diagnosed(stated):
+    """The term as stated does not follow: it is told from one that does by the numbers of both."""
+    parameters = {
+        'coulomb': Parameter(COULOMB, 'Nm'),
+        'viscous': Parameter(VISCOUS, 'Nm s/rad'),
+        'stribeck': Parameter(stated, 'Nm'),
+        'stribeck_velocity': Parameter(KNEE, 'rad/s'),
+        'bias': Parameter(0.0, 'Nm'),
+    }
+    friction = FrictionParameters('stribeck', 0.0, parameters)
+    joint = replace(MODEL.joints['joint'], friction=friction)
+    found = diagnose([log(1, 1e-3)], replace(MODEL, joints={'joint': joint}))
+    assert any(cause.effect == 'stribeck' for cause in found.causes)

@@ -66,3 +66,10 @@ def test_at_rest_it_stays():
     v = np.concatenate([np.full(50, 0.02), np.zeros(50)])
     y = following_path(q, X, level(v))
     assert (y[50:] == y[50]).all()
+
+
+def test_steps_of_rounding_move_nothing_however_the_level_changes():
+    rng = np.random.default_rng(0)
+    q = 1e-18 * rng.integers(-2, 3, 1000).cumsum()
+    y = following_path(q, X, rng.uniform(0.0, 1.0, 1000))
+    assert np.abs(y).max() < 1e-9

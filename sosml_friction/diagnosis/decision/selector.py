@@ -177,8 +177,8 @@ class Selector:
         for twin in (f for f in rivals.top if f.effect.stated is not None and same_term(f, best)):
             placed = [*(finding.placed for finding in result.accepted), best.placed]
             errors = estimate(self.laboratory, placed).inner_errors[-1]
-            off = (abs(value - twin.inner[name]) for name, value in best.inner.items())
-            reach = (Z_95 * errors.get(name, 0.0) for name in best.inner)
+            off = (abs(best.inner[name] - value) for name, value in twin.inner.items())
+            reach = (Z_95 * errors.get(name, 0.0) for name in twin.inner)
             if all(own <= most for own, most in zip(off, reach, strict=True)):
                 stated = self._judged(rivals.with_rivals(twin))
                 return best if stated.failed else stated
@@ -296,7 +296,7 @@ class Selector:
 def _alike(one: Finding, other: Finding) -> bool:
     """Tell whether two causes of a joint are one effect, or efforts over position."""
     position = all(cause.effect.free_axis == 'position' for cause in (one, other))
-    return one.joint == other.joint and (position or one.effect is other.effect)
+    return one.joint == other.joint and (position or one.key == other.key)
 
 
 def _once(ranking: Sequence[Finding], accepted: Sequence[Finding]) -> list[Finding]:

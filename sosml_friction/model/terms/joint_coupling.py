@@ -21,7 +21,7 @@ class JointCoupling(MeasurementTerm):
 
     ``source``: the other joint, counted from 0 in the model's order. A regression has its torque
     as measured: what the model lacks of it, and what holds it at rest, is passed on as well. Noise
-    of a share e in it makes c smaller by e^2.
+    of a share e in it makes c smaller by e^2. Where it was not measured it is the model's.
     """
 
     identifier: ClassVar[str] = 'joint_coupling'
@@ -35,8 +35,10 @@ class JointCoupling(MeasurementTerm):
         return (torque[..., int(inner['source'])],)
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
-        """Return the other joint's effort as it was measured."""
-        return signals.in_joint(joint, signals.tau[:, int(inner['source'])])
+        """Return the other joint's effort as it was measured, or as the model has it."""
+        source = int(inner['source'])
+        torque = signals.whole_torque if source in signals.silent else signals.tau
+        return signals.in_joint(joint, torque[:, source])
 
     def not_undone(self, n: int, joint: int, inner: Inner, amplitude: FloatArray) -> bool:
         """Tell whether there is no other joint of that number."""

@@ -27,7 +27,7 @@ KNEES = tuple(np.geomspace(0.01, 0.25, 7).tolist())
 #: The inner parameter of friction that follows its level, and its range, as shares of the
 #: displacement over which friction turns around: the bristles are the same. A factor of two to
 #: both sides is what that is known to, beside a level that changes within it. Chosen.
-FOLLOWS, _ABOUT = 'follows', (0.5, 2.0)
+FOLLOWS, ABOUT = 'follows', (0.5, 2.0)
 
 
 def fade(
@@ -72,14 +72,14 @@ class FadingTerm(EffortTerm):
 
     ``broad``: it fades as :func:`broad_fade`, which has no exponent. With an inner parameter
     ``follows`` [rad or m] friction follows its level over that displacement, as bristles do: where
-    the knee is crossed within it, as after each start, less of S is seen. It is that over which
-    friction turns around, fitted within ``follows`` where the data show it, and in no model.
+    the knee is crossed within it, as after each start, less of S is seen. The bristles are those
+    that turn friction around: it is fitted ``about`` their displacement, where the data show it,
+    and is in no model.
     """
 
     inner: ClassVar[Mapping[str, str]] = {'stribeck_velocity': '{length}/s', 'exponent': '1'}
     refined: ClassVar[tuple[str, ...]] = ('stribeck_velocity', 'exponent')
     broad: bool = False
-    follows: tuple[float, float] | None = None
 
     def rivals(self: _T) -> tuple[_T, ...]:
         """Return the term that fades as :func:`broad_fade`."""
@@ -96,9 +96,8 @@ class FadingTerm(EffortTerm):
         if self.stated is not None:
             return None
         result = copy(self)
-        ends = tuple(displacement * share for share in _ABOUT)
         refined = tuple(dict.fromkeys((*self.refined, FOLLOWS)))
-        vars(result).update(refined=refined, follows=ends)
+        vars(result).update(refined=refined, about=displacement)
         return result, {FOLLOWS: displacement}
 
     @abstractmethod
@@ -134,4 +133,6 @@ class FadingTerm(EffortTerm):
         """Return the physical range."""
         top = float(signals.scales.speed[joint])
         result = {'stribeck_velocity': (0.005 * top, 0.4 * top), 'exponent': EXPONENTS}
-        return result if self.follows is None else {**result, FOLLOWS: self.follows}
+        if self.about:
+            result[FOLLOWS] = ABOUT[0] * self.about, ABOUT[1] * self.about
+        return result

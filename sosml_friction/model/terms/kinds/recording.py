@@ -28,10 +28,10 @@ class Recording(Protocol):
     """
     One stretch of a recording, N samples of n joints; fields as of the regression's ``Signals``.
 
-    ``tau`` (N, n): measured effort; ``rigid``, ``friction``, ``torque`` (N, n): nominal effort of
-    bodies, of friction, and in all [Nm or N]; ``whole_torque``: with friction that the model does
-    not tell; ``sure_torque``: without noise of position; ``regressor`` (N, n, 10 n): of the
-    bodies' ten numbers each;
+    ``tau`` (N, n): measured effort, but of ``silent`` joints; ``rigid``, ``friction``, ``torque``
+    (N, n): nominal effort of bodies, of friction, and in all [Nm or N]; ``whole_torque``: with
+    friction that the model does not tell; ``sure_torque``: without noise of position;
+    ``regressor`` (N, n, 10 n): of the bodies' ten numbers each;
     ``cache``: what terms computed and want to keep.
     """
 
@@ -61,6 +61,8 @@ class Recording(Protocol):
     def regressor(self) -> FloatArray: ...
     @property
     def temperature(self) -> FloatArray | None: ...
+    @property
+    def silent(self) -> frozenset[int]: ...
     @property
     def motion(self) -> Motion: ...
     @property

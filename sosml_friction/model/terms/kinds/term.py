@@ -66,7 +66,8 @@ class Term(ABC):
     ``trusted_as``: the group of what it states, as of ``--trust``.
 
     ``stated``: of a term that the model has already, its amplitudes there, and ``stated_names``
-    what they are called among the nominal parameters; see :meth:`as_stated`.
+    what they are called among the nominal parameters; see :meth:`as_stated`. ``about``: of one
+    made by :meth:`further`, for which displacement; 0 of others.
 
     What a model file needs to know: ``of_law``: it is a function of velocity alone, and part of
     a joint's friction law; ``left_out``: why observers do not undo it, '' if they do or need not;
@@ -100,6 +101,7 @@ class Term(ABC):
     trusted_as: ClassVar[str] = 'terms'
     stated: FloatArray | None = None
     stated_names: tuple[str, ...] = ()
+    about: float = 0.0
     of_law: ClassVar[bool] = False
     left_out: ClassVar[str] = ''
     held_by: ClassVar[tuple[str, ...]] = ()
@@ -143,7 +145,8 @@ class Term(ABC):
         """
         Return the term with an inner parameter more, and where it begins; None for no such form.
 
-        It stands in the place of this one where it explains very strongly more.
+        As of friction that follows its level as bristles do. It stands in the place of this one
+        where it explains very strongly more.
 
         :param displacement: over which the friction of its joint turns around [rad or m].
         """
