@@ -149,6 +149,6 @@ def _prepared(
         recordings.refuse_bad()
         logs = recordings.in_means().logs
         signals = prepare(logs, model, first.robot, band, first.scales)
-        return with_known([replace(s, untold=first.untold) for s in signals], model)
+        return with_known([replace(s, untold=first.untold) for s in signals], model, [first])
     except DataError as error:
         raise ConfigurationError(f'the recording left out (holdout): {error}') from None

@@ -16,7 +16,7 @@ from sosml_friction.model.known_terms import (
 )
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import Signals, Stated, nominal_friction
+from sosml_friction.regression.signals import Signals, Stated, bump, nominal_friction
 from sosml_friction.regression.untold_friction import with_untold_friction
 
 #: Step of a slope over load, as a share of its root mean square: friction by load is of its first
@@ -24,27 +24,76 @@ from sosml_friction.regression.untold_friction import with_untold_friction
 _STEP = 0.01
 
 
-def with_known(signals: Sequence[Signals], model: RobotModelFile) -> list[Signals]:
+def with_known(
+    signals: Sequence[Signals], model: RobotModelFile, like: Sequence[Signals] | None = None
+) -> list[Signals]:
     """
     Return the signals with what the model has beyond the rigid body and (17) as ``known``.
 
     The columns of its terms times their amplitudes, seen as a diagnosis saw them that found
     them: beside the model without terms. And what its friction law has that the nominal columns
     have not, asymmetries and another exponent. ``by_load`` is the slope of those that follow load;
-    ``stated`` are all that have numbers which may be off.
+    ``stated`` are all that have numbers which may be off. A Stribeck term follows its level as
+    bristles do, or is at it at once, whichever is nearer to the data.
+
+    :param like: stretches that say which; None: these.
     """
     terms = known_terms(model)
-    stated = tuple(Stated(known, _size(signals, known)) for known in stated_terms(model))
     friction = model_friction(model)
-    result = []
+    at_once = []
     for s in signals:
         known = friction.torque(s.v, s.sign) - nominal_friction(s.v, s.sign, s.scales)
         for found in terms:
             known = known + found.term.columns(s, found.joint, found.inner) @ found.amplitude
         # What was computed for the columns may depend on the nominal effort.
-        more = replace(s, known=known, by_load=_slope(s, terms), stated=stated, cache={})
-        result.append(more if stated or known.any() else s)
+        at_once.append(replace(s, known=known, by_load=_slope(s, terms), cache={}))
+    told = stated_terms(model)
+    if like is None:
+        found_terms = [_as_it_follows(at_once, known) for known in told]
+    else:
+        found_terms = [each.known for each in like[0].stated]
+    stated = tuple(Stated(known, _size(signals, known)) for known in found_terms)
+    result = []
+    for s, before in zip(at_once, signals, strict=True):
+        known = s.known + sum(
+            (_behind(s, one, its) for one, its in zip(told, found_terms, strict=True)),
+            start=np.zeros_like(s.q),
+        )
+        more = replace(s, known=known, stated=stated, cache={})
+        result.append(more if stated or known.any() else before)
     return result
+
+
+def _as_it_follows(signals: Sequence[Signals], known: KnownTerm) -> KnownTerm:
+    """
+    Return a term with the displacement over which it follows its level, if it does.
+
+    With e what it lacks then of a term that is at its level at once, and r what is left of the
+    effort, both without what bodies, Coulomb and viscous friction, a bias and the shape of a
+    reversal make of them: r = c e, and c is nearer to 1 than to 0.
+    """
+    i = known.joint
+    further = known.term.further(float(signals[0].scales.displacement[i]))
+    if further is None or i in signals[0].silent:
+        return known
+    slow = replace(known, inner={**known.inner, **further[1]})
+    rows = []
+    for s in signals:
+        change, sign = _behind(s, known, slow)[:, i], s.sign[:, i]
+        beside = [s.regressor[:, i], s.a[:, i], s.v[:, i], sign, bump(sign), np.ones(len(sign))]
+        rows.append(s.band.apply(np.column_stack([change, s.unexplained[:, i], *beside])))
+    X = np.concatenate(rows)
+    Z = X[:, 2:] / np.maximum(np.linalg.norm(X[:, 2:], axis=0), 1e-300)
+    e, r = (X[:, :2] - Z @ np.linalg.lstsq(Z, X[:, :2], rcond=1e-9)[0]).T
+    return slow if float(e @ r) > 0.5 * float(e @ e) > 0.0 else known
+
+
+def _behind(signals: Signals, one: KnownTerm, other: KnownTerm) -> FloatArray:
+    """Return what a term has more of effort (N, n) with other inner parameters; 0 for the same."""
+    if one.inner == other.inner:
+        return np.zeros_like(signals.q)
+    after, before = (own.term.columns(signals, own.joint, own.inner) for own in (other, one))
+    return np.asarray((after - before) @ one.amplitude)
 
 
 def with_all_known(
@@ -57,7 +106,7 @@ def with_all_known(
     """
     known = with_known(signals, model)
     untold = with_untold_friction(known, settings)
-    return with_known(untold, model) if untold[0].untold else known
+    return with_known(untold, model, known) if untold[0].untold else known
 
 
 def _size(signals: Sequence[Signals], known: KnownTerm) -> FloatArray:

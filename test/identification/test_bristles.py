@@ -13,7 +13,7 @@ from known_robots import recording, rigid_effort, sines
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.identification.term_fit import TermFit, fit_terms
-from sosml_friction.model.model_folder import FrictionParameters
+from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.simple_models import pendulum_model
 
@@ -22,20 +22,20 @@ STEP, FINE = 4e-3, 8
 MODEL = pendulum_model(1.2, 0.3, 0.0, 0.02, 'joint')
 
 
-def bristles(v: np.ndarray, stiffness: float) -> np.ndarray:
+def bristles(v: np.ndarray, stiffness: float, stribeck: float) -> np.ndarray:
     """Return LuGre's friction without damping, F' = s_0 (v - F |v| / g), by fine steps."""
     result, force = np.zeros_like(v), 0.0
     for k in range(1, len(v)):
         for j in range(FINE):
             speed = v[k - 1] + (v[k] - v[k - 1]) * (j + 0.5) / FINE
-            level = COULOMB + STRIBECK * np.exp(-abs(speed) / KNEE)
+            level = COULOMB + stribeck * np.exp(-abs(speed) / KNEE)
             aim = np.sign(speed) * level
             force = aim + (force - aim) * np.exp(-stiffness * abs(speed) * STEP / FINE / level)
         result[k] = force
     return result
 
 
-def log(seed: int, displacement: float) -> JointLog:
+def log(seed: int, displacement: float, stribeck: float = STRIBECK) -> JointLog:
     """Return a minute of a pendulum that crosses the knee within the bristles' displacement."""
     rng = np.random.default_rng(seed)
     t = STEP * np.arange(15000)
@@ -43,9 +43,9 @@ def log(seed: int, displacement: float) -> JointLog:
     q, v, a = sines(t, list(zip(sizes, rates, rng.uniform(0.0, 6.3, 4), strict=True)))
     tau = rigid_effort(MODEL, *(x[:, None] for x in (q, v, a)))[:, 0] + VISCOUS * v
     if displacement:
-        tau += bristles(v, COULOMB / displacement)
+        tau += bristles(v, COULOMB / displacement, stribeck)
     else:
-        tau += np.sign(v) * (COULOMB + STRIBECK * np.exp(-np.abs(v) / KNEE))
+        tau += np.sign(v) * (COULOMB + stribeck * np.exp(-np.abs(v) / KNEE))
     tau += rng.normal(0.0, 0.01, len(t))
     count = 2.0 * np.pi / 2**19
     q = count * np.rint(q / count + 0.5 * rng.standard_normal(len(t)))
@@ -109,17 +109,36 @@ def test_bristles_longer_than_a_sign_are_those_of_presliding():
         assert follows == pytest.approx(3e-3, rel=0.5)
 
 
-@pytest.mark.parametrize('stated', [1e-4, 0.05])
-def test_a_model_that_states_its_stribeck_term_is_diagnosed(stated):
-    """The term as stated does not follow: it is told from one that does by the numbers of both."""
+def with_stribeck(size: float) -> RobotModelFile:
+    """Return the model that states the friction, but for the size of its Stribeck term."""
     parameters = {
         'coulomb': Parameter(COULOMB, 'Nm'),
         'viscous': Parameter(VISCOUS, 'Nm s/rad'),
-        'stribeck': Parameter(stated, 'Nm'),
+        'stribeck': Parameter(size, 'Nm'),
         'stribeck_velocity': Parameter(KNEE, 'rad/s'),
         'bias': Parameter(0.0, 'Nm'),
     }
     friction = FrictionParameters('stribeck', 0.0, parameters)
-    joint = replace(MODEL.joints['joint'], friction=friction)
-    found = diagnose([log(1, 1e-3)], replace(MODEL, joints={'joint': joint}))
+    return replace(MODEL, joints={'joint': replace(MODEL.joints['joint'], friction=friction)})
+
+
+@pytest.mark.parametrize('stated', [1e-4, 0.05])
+def test_a_stribeck_term_that_the_model_states_too_small_is_told(stated):
+    found = diagnose([log(1, 1e-3)], with_stribeck(stated))
     assert any(cause.effect == 'stribeck' for cause in found.causes)
+
+
+def test_a_stribeck_term_that_the_model_states_follows_as_well():
+    """At once it left an unknown structure; the bristles are those of presliding."""
+    large = 0.8 * COULOMB
+    assert diagnose([log(1, 3e-4)], with_stribeck(STRIBECK)).verdict == 'nothing_above_floor'
+    found = diagnose([log(1, 1e-3, large)], with_stribeck(large))
+    assert found.verdict == 'named'
+    assert [cause.effect for cause in found.causes] == ['presliding_hysteresis']
+
+
+def test_a_stribeck_term_that_is_there_at_once_does_not_follow():
+    found = diagnose([log(1, 0.0)], with_stribeck(STRIBECK))
+    assert found.verdict == 'nothing_above_floor'
+    (stated,) = found.laboratory.signals[0].stated
+    assert 'follows' not in stated.known.inner

@@ -177,8 +177,8 @@ class Selector:
         for twin in (f for f in rivals.top if f.effect.stated is not None and same_term(f, best)):
             placed = [*(finding.placed for finding in result.accepted), best.placed]
             errors = estimate(self.laboratory, placed).inner_errors[-1]
-            off = (abs(best.inner[name] - value) for name, value in twin.inner.items())
-            reach = (Z_95 * errors.get(name, 0.0) for name in twin.inner)
+            off = (abs(best.inner[name] - twin.inner[name]) for name in twin.effect.inner)
+            reach = (Z_95 * errors.get(name, 0.0) for name in twin.effect.inner)
             if all(own <= most for own, most in zip(off, reach, strict=True)):
                 stated = self._judged(rivals.with_rivals(twin))
                 return best if stated.failed else stated
