@@ -57,8 +57,10 @@ def bristles(v: np.ndarray, displacement: float, exponent: float, S: float) -> n
     return result
 
 
-def recording(form: str, displacement: float, exponent: float, S: float, seed: int) -> JointLog:
-    """Return one recording."""
+def recording(
+    form: str, displacement: float, exponent: float, S: float, seed: int, noise: float = NOISE
+) -> JointLog:
+    """Return one recording; ``noise`` of effort [Nm]."""
     rng = np.random.default_rng(seed)
     t = STEP * np.arange(SAMPLES)
     angles = np.outer(RATES, t) + rng.uniform(0.0, 2.0 * np.pi, (4, 1))
@@ -73,7 +75,7 @@ def recording(form: str, displacement: float, exponent: float, S: float, seed: i
     else:
         sign = dahl_path(q, displacement) if displacement else np.sign(v)
         friction = sign * level
-    tau = tau[:, 0] + friction + VISCOUS * v + NOISE * rng.standard_normal(SAMPLES)
+    tau = tau[:, 0] + friction + VISCOUS * v + noise * rng.standard_normal(SAMPLES)
     q = COUNT * np.rint(q / COUNT + 0.5 * rng.standard_normal(SAMPLES))
     stamps = np.rint(1e9 * t).astype(np.int64)
     return JointLog(('joint',), stamps, q[:, None], np.full((SAMPLES, 1), np.nan), tau[:, None])

@@ -39,7 +39,6 @@ from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.terms.effort_delay import EffortDelay
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
-from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -236,9 +235,7 @@ def _concluded(
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection, causes)
     nominal = laboratory.nominal.names
-    report = ReportSlopes.of(laboratory, [finding.placed for finding in kept.accepted])
-    told, x = estimated(laboratory, kept), kept.after.x
-    own, errors = report.torque(x), report.errors(x, told.errors, told.covariance)
+    own, errors = estimated(laboratory, kept).in_torque(laboratory)
     rejected = selection.rejected
     return Diagnosis(
         verdict=verdict,

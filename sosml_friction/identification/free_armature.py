@@ -40,8 +40,7 @@ def fitted_armature(
     known = nominal.rigid_columns[np.isfinite(bound[nominal.rigid_columns])]
     bound[known] = 0.0
     x = Fit.make(replace(found.fit.system, bound=bound), laboratory.y).baseline.x
-    report = ReportSlopes.of(laboratory, found.placed)
-    x, errors = report.torque(x), report.errors(x, found.errors, found.covariance)
+    x, errors = ReportSlopes.of(laboratory, found.placed).torque(x), found.in_torque(laboratory)[1]
     result = {}
     for i, joint in enumerate(robot.names):
         if joint not in laboratory.settings.unknown_armature:

@@ -51,7 +51,6 @@ from sosml_friction.regression.estimate import (
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_all_known
 from sosml_friction.regression.placed import Placed, with_amplitudes
-from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -316,8 +315,7 @@ def fit_terms(
     step('fitting the terms')
     laboratory, body = _with_body(laboratory, keys, body_tolerance, step)
     laboratory, found = _with_values(laboratory, keys, step)
-    x, report = found.fit.baseline.x, ReportSlopes.of(laboratory, found.placed)
-    torque, errors = report.torque(x), report.errors(x, found.errors, found.covariance)
+    torque, errors = found.in_torque(laboratory)
     fitted = _fitted_terms(laboratory, found, wanted, torque, errors)
     armature = fitted_armature(laboratory, found, body.tolerance)
     names = laboratory.nominal.names

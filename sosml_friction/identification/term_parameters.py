@@ -139,13 +139,12 @@ def _followed(
     ends = {**profile.inner}
     parts = with_amplitudes(estimate.placed, len(laboratory.nominal.bound))
     part = list(parts)[which][1]
-    x, report = estimate.fit.baseline.x, ReportSlopes.of(laboratory, estimate.placed)
-    slopes = report.slopes(x)
-    errors = report.errors(x, estimate.errors, estimate.covariance)
+    slopes = ReportSlopes.of(laboratory, estimate.placed).slopes(estimate.fit.baseline.x)
+    torque, errors = estimate.in_torque(laboratory)
     # What not knowing the report adds.
     more = np.sqrt(np.maximum(errors**2 - (estimate.errors / slopes) ** 2, 0.0))
     sizes = np.sort(profile.amplitude / slopes[part, None], axis=1)
-    rows = zip(sizes.tolist(), report.torque(x)[part].tolist(), more[part].tolist(), strict=True)
+    rows = zip(sizes.tolist(), torque[part].tolist(), more[part].tolist(), strict=True)
     for name, ((low, high), value, by) in zip(term.amplitudes, rows, strict=True):
         ends[name] = farther((low, high), value, by)
     found = {name: replace(linear[name], interval=ends[name]) for name in ends if name in linear}

@@ -41,7 +41,7 @@ def dahl_path(x: FloatArray, displacement: float) -> FloatArray:
     :param displacement: over which z approaches the sign of motion, positive [rad or m].
     """
     longer, own, _ = _to_its_turns(x)
-    return np.asarray(_path(longer, displacement)[own])
+    return np.asarray(_path(longer, displacement, np.ones(len(longer)))[own])
 
 
 def following_path(x: FloatArray, displacement: float, level: FloatArray) -> FloatArray:
@@ -57,7 +57,7 @@ def following_path(x: FloatArray, displacement: float, level: FloatArray) -> Flo
     """
     longer, own, after = _to_its_turns(x)
     levels = 1.0 + SHARE * np.insert(level, after + 1, 1.0)
-    f, z = _bristles(longer, displacement, levels), _path(longer, displacement)
+    f, z = (_path(longer, displacement, own) for own in (levels, np.ones(len(longer))))
     return np.asarray((f - z)[own] / SHARE)
 
 
@@ -85,22 +85,13 @@ def _turning_points(x: FloatArray) -> tuple[FloatArray, IndexArray]:
 
 
 @compiled
-def _path(x: FloatArray, displacement: float) -> FloatArray:
-    """Return z (N,) along a path that turns around at samples."""
-    z = np.zeros(len(x))
-    now = 0.0
-    for k in range(1, len(x)):
-        dx = x[k] - x[k - 1]
-        if dx != 0.0:
-            target = 1.0 if dx > 0.0 else -1.0
-            now = target + (now - target) * math.exp(-abs(dx) / displacement)
-        z[k] = now
-    return z
+def _path(x: FloatArray, displacement: float, level: FloatArray) -> FloatArray:
+    """
+    Return f (N,) along a path that turns around at samples.
 
-
-@compiled
-def _bristles(x: FloatArray, displacement: float, level: FloatArray) -> FloatArray:
-    """Return f (N,) along such a path; the level that it follows is a line between its samples."""
+    It approaches the sign times the level, a line between samples, over a displacement that goes
+    with the level.
+    """
     f = np.zeros(len(x))
     now = 0.0
     for k in range(1, len(x)):
@@ -108,7 +99,6 @@ def _bristles(x: FloatArray, displacement: float, level: FloatArray) -> FloatArr
         if dx != 0.0:
             sign = 1.0 if dx > 0.0 else -1.0
             begin, end = sign * level[k - 1], sign * level[k]
-            # In displacements, which go with the level.
             way = 2.0 * abs(dx) / (displacement * (level[k] + level[k - 1]))
             # Towards the level, and after its change but for what follows a line behind it.
             moved = -math.expm1(-way)

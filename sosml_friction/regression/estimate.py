@@ -95,6 +95,11 @@ class Estimate:
     owners: tuple[tuple[int, str], ...]
     rivals: tuple[RivalFit, ...]
 
+    def in_torque(self, laboratory: WhitenedRegression) -> tuple[FloatArray, FloatArray]:
+        """Return what was fitted (p + k,) of the torque, and its standard errors."""
+        x, report = self.fit.baseline.x, ReportSlopes.of(laboratory, self.placed)
+        return report.torque(x), report.errors(x, self.errors, self.covariance)
+
     def fitted(self, laboratory: WhitenedRegression) -> list[Fitted]:
         """
         Return what was found of each term, as the term is asked about it.
@@ -102,8 +107,7 @@ class Estimate:
         Sizes of what makes a torque are those of the torque, and not of a report that is wrong.
         """
         parts = with_amplitudes(self.placed, len(laboratory.nominal.bound))
-        x, report = self.fit.baseline.x, ReportSlopes.of(laboratory, self.placed)
-        torque, errors = report.torque(x), report.errors(x, self.errors, self.covariance)
+        torque, errors = self.in_torque(laboratory)
         return [
             Fitted(
                 laboratory.signals[0],

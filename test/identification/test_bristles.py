@@ -6,50 +6,23 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from known_robots import recording, rigid_effort, sines
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.identification.term_fit import TermFit, fit_terms
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.model.simple_models import pendulum_model
+from validation import bristles
+from validation.bristles import COULOMB, KNEE, MODEL, VISCOUS
 
-COULOMB, VISCOUS, STRIBECK, KNEE = 0.25, 0.15, 0.1, 0.05
-STEP, FINE = 4e-3, 8
-MODEL = pendulum_model(1.2, 0.3, 0.0, 0.02, 'joint')
-
-
-def bristles(v: np.ndarray, stiffness: float, stribeck: float) -> np.ndarray:
-    """Return LuGre's friction without damping, F' = s_0 (v - F |v| / g), by fine steps."""
-    result, force = np.zeros_like(v), 0.0
-    for k in range(1, len(v)):
-        for j in range(FINE):
-            speed = v[k - 1] + (v[k] - v[k - 1]) * (j + 0.5) / FINE
-            level = COULOMB + stribeck * np.exp(-abs(speed) / KNEE)
-            aim = np.sign(speed) * level
-            force = aim + (force - aim) * np.exp(-stiffness * abs(speed) * STEP / FINE / level)
-        result[k] = force
-    return result
+STRIBECK = 0.4 * COULOMB
 
 
 def log(seed: int, displacement: float, stribeck: float = STRIBECK) -> JointLog:
     """Return a minute of a pendulum that crosses the knee within the bristles' displacement."""
-    rng = np.random.default_rng(seed)
-    t = STEP * np.arange(15000)
-    sizes, rates = (0.5, 0.2, 0.12, 0.05), (0.31, 0.83, 1.7, 3.3)
-    q, v, a = sines(t, list(zip(sizes, rates, rng.uniform(0.0, 6.3, 4), strict=True)))
-    tau = rigid_effort(MODEL, *(x[:, None] for x in (q, v, a)))[:, 0] + VISCOUS * v
-    if displacement:
-        tau += bristles(v, COULOMB / displacement, stribeck)
-    else:
-        tau += np.sign(v) * (COULOMB + stribeck * np.exp(-np.abs(v) / KNEE))
-    tau += rng.normal(0.0, 0.01, len(t))
-    count = 2.0 * np.pi / 2**19
-    q = count * np.rint(q / count + 0.5 * rng.standard_normal(len(t)))
-    return recording(('joint',), t, q, tau)
+    form = 'bristles' if displacement else 'at once'
+    return bristles.recording(form, displacement, 1.0, stribeck, seed, noise=0.01)
 
 
 def fitted(of: JointLog) -> TermFit:
