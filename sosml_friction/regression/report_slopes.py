@@ -108,8 +108,12 @@ class ReportSlopes:
         """
         m = len(x)
         slopes, own, other = self.slopes(x), self._own(x), self._other(x)
-        size = np.sqrt(np.maximum(np.diag(covariance)[:m], np.finfo(float).tiny))
-        together = covariance[:m, :m] / np.outer(size, size) * np.outer(errors, errors)
+        # What the data do not tell apart has no variance of its own, or one below 0 by rounding.
+        variance = np.diag(covariance)[:m]
+        size = np.sqrt(np.where(variance > 0.0, variance, np.inf))
+        correlation = np.clip(covariance[:m, :m] / np.outer(size, size), -1.0, 1.0)
+        np.fill_diagonal(correlation, 1.0)
+        together = correlation * np.outer(errors, errors)
         refused = (1.0 + self.constant + self.steepness @ x < _LEAST)[:, None]
         steepness = np.where(refused, 0.0, self.steepness)
         change = np.eye(m) + (self.untold - own)[:, None] * steepness

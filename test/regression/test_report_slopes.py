@@ -9,6 +9,7 @@ import pytest
 
 import sosml_friction as sf
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.share import share_directory
 
 MASS, COULOMB, VISCOUS = 95.11, 19.8, 203.5
@@ -58,3 +59,11 @@ def test_the_friction_that_is_refitted_beside_a_wrong_report_is_that_of_the_torq
     assert [cause.effect for cause in found.causes] == ['effort_scale']
     assert found.found.diagnosis.refit['slider coulomb'] == pytest.approx(COULOMB, rel=0.02)
     assert found.found.diagnosis.refit['slider viscous'] == pytest.approx(VISCOUS, rel=0.02)
+
+
+@pytest.mark.parametrize('variance', [0.0, -1e-12])
+def test_errors_of_what_the_data_do_not_tell_apart_stay_what_they_are(variance):
+    """As of a rotor and its body's inertia: the variance of a pseudo-inverse may be rounding."""
+    plain = ReportSlopes(*(np.zeros(shape) for shape in (2, (2, 2), 2, (2, 2), 2)))
+    errors = plain.errors(np.ones(2), np.array([2.0, 3.0]), np.diag([variance, 4.0]))
+    np.testing.assert_array_equal(errors, [2.0, 3.0])
