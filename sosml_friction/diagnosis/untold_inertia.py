@@ -61,8 +61,9 @@ def untold_inertia(
             'warning',
             name,
             f'the effort of {name} has an inertia of {plus_minus(seen, Z_95 * error, unit)}, '
-            f'and the model {nominal:.3g}: correct its armature, record faster motion, or look '
-            'for play in its gear; here the inertia is fitted freely',
+            f'and the model {nominal:.3g}: correct its armature, record faster motion, look '
+            'for play in its gear, or see whether a hand moves it; here the inertia is fitted '
+            'freely',
             {'seen': seen, 'seen_std_error': error, 'model': nominal},
         )
     return result

@@ -40,6 +40,7 @@ def whole_effort(stretches: Sequence[Signals], i: int) -> Check | None:
         f'the effort of joint {name} is {scale:.3g} times all that its model needs, bodies and '
         f'friction: by that alone {100.0 * scaled / whole:.2g} % of it are left unexplained, and '
         f'{100.0 * as_it_is / whole:.2g} % as it is; see whether its torque constant, gear ratio '
-        'or unit is wrong before you believe causes that are each off by as much',
+        'or unit is wrong, or a hand moves it, before you believe causes that are each off by as '
+        'much',
         {'scale': scale},
     )

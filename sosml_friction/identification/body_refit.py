@@ -210,7 +210,8 @@ class BodyRefit:
         if self._is_far:
             text += (
                 '. Masses are seldom as wrong: see the unit and zero of position, a gear ratio, '
-                'the scale of the effort, and whether it carries what the URDF lacks'
+                'the scale of the effort, whether it carries what the URDF lacks, and whether '
+                'its motor moves it or a hand does'
             )
         if self.refused:
             text += f'; the model keeps its own bodies: {self.refused}'

@@ -136,7 +136,11 @@ def white_noise(q: FloatArray) -> float:
     From its third difference, without gross errors. A mean of squares, because the median of a
     rounded position's differences is a multiple of the quantum.
     """
-    difference = np.diff(q, 3)
+    return white_noise_of(np.diff(q, 3))
+
+
+def white_noise_of(difference: FloatArray) -> float:
+    """Return the same of third differences (K,) of some samples."""
     difference = difference[np.isfinite(difference)]
     if not len(difference):
         return 0.0

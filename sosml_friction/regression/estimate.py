@@ -527,7 +527,7 @@ def place(
     placed: list[Placed] = []
     while left:
         fit = Fit.make(system_with(laboratory, [each.columns for each in placed]), laboratory.y)
-        scores = [fit.score(columns) for _, columns in left]
+        scores = [fit.score(its, own.effect.amplitude_range) for own, its in left]
         k = int(np.argmax([s.gain for s in scores]))
         candidate, _ = left.pop(k)
         term, joint = candidate.effect, candidate.joint

@@ -300,11 +300,12 @@ class Score:
     """
     Hold what the data say of one candidate.
 
-    ``best``: index into its grid on all data; ``gain``: fall of the cost; ``amplitude``, ``error``
-    (k,); ``x`` (p,) the nominal deviations beside it. ``cv_gain``: share of the held-out residual
-    energy of its joints that it removes, inner parameters chosen without the fold; ``cv_se`` its
-    standard error over the folds; ``cv_least``: without the fold in which it removes most;
-    ``energy``: held-out energy removed in all. ``gains`` (g,) over the grid.
+    ``best``: index into its grid on all data, where its amplitudes are possible; ``gain``: fall of
+    the cost; ``amplitude``, ``error`` (k,); ``x`` (p,) the nominal deviations beside it.
+    ``cv_gain``: share of the held-out residual energy of its joints that it removes, inner
+    parameters chosen without the fold; ``cv_se`` its standard error over the folds; ``cv_least``:
+    without the fold in which it removes most; ``energy``: held-out energy removed in all.
+    ``gains`` (g,) over the grid.
     """
 
     best: int
@@ -349,20 +350,27 @@ class Fit:
             sides.append(_Side.make(inside, G - Gf, r - rf, system.bound, z))
         return sides
 
-    def score(self, columns: CandidateColumns) -> Score:
-        """Return the evidence for a candidate whose first products are those of the system."""
+    def score(
+        self, columns: CandidateColumns, within: tuple[float, float] = (-np.inf, np.inf)
+    ) -> Score:
+        """
+        Return the evidence for a candidate whose first products are those of the system.
+
+        :param within: where its amplitudes are, if they are there at any point of its grid.
+        """
         baseline = self.baseline
         candidate = columns.beside(self.system)
         d = candidate.products(self.system, self.target.y)
         whole, *folds = self._sides
         A, B, D = candidate.A.sum(axis=0), candidate.B.sum(axis=0), d.sum(axis=0)
         gains, solutions = whole.sweep(A, B, D)
-        best, p = int(np.argmax(gains)), len(baseline.x)
+        p = len(baseline.x)
+        best = _best(gains, solutions[:, p:], within)
         removed = np.empty(len(folds))
         for f, (side, z) in enumerate(zip(folds, baseline.fold_x, strict=True)):
             Af, Bf, Df = (part[side.blocks].sum(axis=0) for part in (candidate.A, candidate.B, d))
             fold_gains, fold_solutions = side.sweep(A - Af, B - Bf, D - Df)
-            g = int(np.argmax(fold_gains))
+            g = _best(fold_gains, fold_solutions[:, p:], within)
             x, c = fold_solutions[g, :p], fold_solutions[g, p:]
             Gf, rf = whole.G - side.G, whole.r - side.r
             with_it = (
@@ -421,6 +429,12 @@ class _Side(NamedTuple):
     def sweep(self, A: FloatArray, B: FloatArray, d: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return gains and solutions along a grid, see :func:`_sweep`."""
         return _sweep(self.G, self.r, self.bound, A, B, d, self.start, self.K)
+
+
+def _best(gains: FloatArray, amplitudes: FloatArray, within: tuple[float, float]) -> int:
+    """Return the point of a grid that explains most, of those whose amplitudes are possible."""
+    possible = ((within[0] < amplitudes) & (amplitudes < within[1])).all(axis=1)
+    return int(np.argmax(np.where(possible, gains, -np.inf) if possible.any() else gains))
 
 
 def _amplitude_error(G: FloatArray, A: FloatArray, B: FloatArray) -> FloatArray:

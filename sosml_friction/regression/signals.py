@@ -358,9 +358,11 @@ def make_signals(
     v = first_derivative(q, step)
     a = first_derivative(v, step)
     sign = _signs(q, v, scales)
-    noise = band.smooth(_position_noise(stretch, robot, step)[0].drawn(np.random.default_rng(0)))
+    found = _position_noise(stretch, robot, step)[0]
+    drawn, scale = found.drawn(np.random.default_rng(0)), found.scale
+    noise, even = band.smooth(drawn), second_derivative(band.smooth(drawn / scale), step)
     sigmas = SIGMAS, largest_of(len(a))
-    steady, sure = steady_accelerations(a, second_derivative(noise, step), band, sigmas)
+    steady, sure = steady_accelerations(a, even, scale, band, sigmas)
     regressor = robot.torque_regressors(q, v, steady)
     bodies, rotors = robot.inertial_parameters().ravel(), np.array(robot.armature)
     if robot.followers:

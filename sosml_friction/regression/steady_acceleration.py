@@ -21,7 +21,7 @@ def largest_of(count: int) -> float:
 
 
 def steady_accelerations(
-    a: FloatArray, noise: FloatArray, band: Band, sigmas: Sequence[float]
+    a: FloatArray, noise: FloatArray, scale: FloatArray, band: Band, sigmas: Sequence[float]
 ) -> list[FloatArray]:
     """
     Return accelerations (N, n), each sample low-passed as far as the motion there allows.
@@ -31,7 +31,8 @@ def steady_accelerations(
     intervals (Goldenshluger and Nemirovski, 1997). A jump keeps its edge; where the motion is
     smooth, noise that is faster than it is gone.
 
-    :param a: second derivative of measured positions; ``noise`` (N, n): a draw of the noise in it.
+    :param a: second derivative of measured positions; ``noise`` times ``scale`` (N, n): a draw of
+        the noise in it, and how it grows and falls along the motion, slower than the band.
     :param sigmas: k of each that is returned. 3 loses little of the motion, and
         :func:`largest_of` all samples has no noise: the line that an encoder's steps make at some
         speeds passes three.
@@ -41,7 +42,7 @@ def steady_accelerations(
         bounds = np.full((len(sigmas), 2, len(a)), np.inf) * np.array([[-1.0], [1.0]])
         x, own, cutoff = a[:, i], noise[:, i], band.cutoff
         while cutoff * band.step * len(a) > _CYCLES:
-            sigma = float(np.std(own))
+            sigma = float(np.std(own)) * scale[:, i]
             common = np.zeros(len(a), dtype=np.bool_)
             for result, (low, high), k in zip(results, bounds, sigmas, strict=True):
                 np.maximum(low, x - k * sigma, out=low)

@@ -40,6 +40,30 @@ def test_noise_beside_the_steps_of_an_encoder_is_seen(dither):
     assert seen.white[0] / quantum == pytest.approx(dither, rel=0.1, abs=0.05)
 
 
+@pytest.mark.parametrize('late', [0.0, 10e-6, 50e-6])
+def test_noise_that_grows_with_speed_is_that_of_when_positions_were_read(late):
+    """Read 10 us off, 1 rad/s is 10 urad, twice the noise of this encoder; scale says where."""
+    rng, q = np.random.default_rng(3), plateaus()
+    speed = np.gradient(q)
+    white = 5e-6
+    read = q + late / STEP * speed * rng.standard_normal(len(q))
+    read += white * rng.standard_normal(len(q))
+    one = np.ones(1)
+    seen = PositionNoise.seen(read[:, None], q[:, None], 0.0 * one, one, one[:, None])
+    assert seen.late[0] * STEP == pytest.approx(late, rel=0.1, abs=1e-6)
+    # It is the small difference of two large ones where the other is much more.
+    assert seen.white[0] == pytest.approx(white, rel=0.3, abs=0.15 * late)
+    shape = np.hypot(white, late / STEP * speed)
+    assert seen.scale[:, 0] == pytest.approx(shape / np.sqrt(np.mean(shape**2)), rel=0.3)
+
+
+def test_a_joint_without_noise_has_none_that_grows():
+    one, still = np.ones(1), np.zeros((100, 1))
+    seen = PositionNoise.seen(still, still, 0.0 * one, one, one[:, None])
+    assert seen.late[0] == 0.0
+    assert (seen.scale == 1.0).all()
+
+
 def test_moments_between_holes_have_no_say_in_the_band():
     """A busy computer loses samples; the pieces between are of any length, the first ones too."""
     model = read_model(share_directory() / 'config/exoskeleton')

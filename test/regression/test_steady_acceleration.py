@@ -31,7 +31,9 @@ def test_a_slow_sine_loses_its_noise():
     """
     true = np.sin(2.0 * np.pi * 0.2 * TIME)[:, None]
     added = noise(1)
-    error = steady_accelerations(true + added, noise(2), BAND, (3.0,))[0] - true
+    error = (
+        steady_accelerations(true + added, noise(2), np.ones_like(true), BAND, (3.0,))[0] - true
+    )
     inner = slice(500, -500)
     assert np.std(error[inner]) < 0.06 * np.std(added)
 
@@ -53,7 +55,9 @@ def test_the_line_of_an_encoders_steps_is_no_motion(dither):
     errors = [count * np.rint((q + x) / count) - q - x for x in (0.0, 0.3 * count)]
     slow = np.abs(time - 15.0) < 1.5
     own, other = (second_derivative(band.smooth(e[:, None]), step) for e in errors)
-    loose, left = steady_accelerations(own, other, band, (3.0, largest_of(len(time))))
+    loose, left = steady_accelerations(
+        own, other, np.ones_like(own), band, (3.0, largest_of(len(time)))
+    )
     assert np.std(left[slow]) < 0.01 * np.std(own[slow])
     assert np.std(loose[slow]) > 0.03 * np.std(own[slow])
 
@@ -63,7 +67,7 @@ def test_a_jump_keeps_its_edge():
     true = BAND.smooth(np.where(TIME % 10.0 < 5.0, 1.0, -1.0)[:, None])
     added = noise(1)
     sigma = np.std(noise(2))
-    result = steady_accelerations(true + added, noise(2), BAND, (3.0,))[0]
+    result = steady_accelerations(true + added, noise(2), np.ones_like(true), BAND, (3.0,))[0]
     edge = np.abs(np.gradient(true[:, 0])) > 0.01
     assert np.abs(result - true - added).max() <= 6.0 * sigma
     assert np.abs(result - true)[~edge].std() < 0.5 * sigma
@@ -71,6 +75,16 @@ def test_a_jump_keeps_its_edge():
 
 def test_what_has_no_noise_stays_as_it_is():
     true = np.cumsum(np.random.default_rng(1).standard_normal((len(TIME), 2)), axis=0)
-    assert steady_accelerations(true, np.zeros_like(true), BAND, (3.0,))[0] == pytest.approx(
-        true, abs=0.0
-    )
+    assert steady_accelerations(true, np.zeros_like(true), np.ones_like(true), BAND, (3.0,))[
+        0
+    ] == pytest.approx(true, abs=0.0)
+
+
+def test_noise_that_grows_with_speed_leaves_where_it_is_large():
+    """Five times the noise in the middle third: of it as much is left as of that beside it."""
+    scale = np.where(np.abs(TIME - 30.0) < 10.0, 5.0, 1.0)[:, None]
+    left = steady_accelerations(scale * noise(1), noise(2), scale, BAND, (4.5,))[0]
+    blind = steady_accelerations(scale * noise(1), noise(2), np.ones_like(scale), BAND, (4.5,))[0]
+    inner = np.abs(TIME - 30.0) < 9.0
+    assert np.std(left[inner]) < 0.3 * np.std(noise(1))
+    assert np.std(blind[inner]) > 3.0 * np.std(noise(1))

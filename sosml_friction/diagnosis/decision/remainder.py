@@ -123,6 +123,14 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
             curves.append((i, hats))
             axes.append((AXES[g // 2], g % 2 == 1))
     result = fit_curves(fit, curves, far)
+    energies = np.array(result.energy)
+    # Motion that repeats turns around at the same places: a curve over them is there beside it.
+    at = [k for k, (axis, _) in enumerate(axes) if axis == POSITION and energies[k] > 0.0]
+    if at:
+        clear = far & clear_of_turns(laboratory)
+        beside = fit_within(fit.system, fit.target.y, clear)
+        again = fit_curves(beside, [curves[k] for k in at], clear).energy
+        energies[at] = np.minimum(energies[at], again)
     residuals = _residual(alone_fit), _residual(fit), result.left
     energy = np.array([np.sum(x**2, axis=0) for x in residuals])
     named = np.maximum(energy[0] - energy[1], 0.0)
@@ -134,7 +142,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     own_axes = {(f.effect.free_axis, f.joint) for f in accepted if not f.effect.of_robot}
     found = []
     slow = [noise_where(hats, result.left[:, i]) for i, hats in curves]
-    for curve, (axis, friction), own, noise in zip(curves, axes, result.energy, slow, strict=True):
+    for curve, (axis, friction), own, noise in zip(curves, axes, energies, slow, strict=True):
         i = curve[0]
         floor = curve_floor(float(rows[i]))
         # Along the axis of a cause nothing is left where it is the right one.

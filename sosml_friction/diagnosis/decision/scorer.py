@@ -62,7 +62,7 @@ class Scorer:
 
     def finding(self, fit: Fit, candidate: Candidate, columns: CandidateColumns) -> Finding:
         """Return a candidate at the best point of its grid beside a fit."""
-        s = fit.score(columns)
+        s = fit.score(columns, candidate.effect.amplitude_range)
         inner, grid = candidate.grid[s.best], columns.C.shape[2]
         return self._finding(fit, candidate.effect, candidate.joint, inner, s, columns, grid)
 

@@ -16,6 +16,7 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.tones import tone_in_place
 from sosml_friction.diagnosis.decision.torque_ripple import torque_ripple_in_place
 from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.estimate import estimate, refined_again, settle
 from sosml_friction.regression.evidence import CandidateColumns, Fit
@@ -333,11 +334,14 @@ def only_impossible(finding: Finding) -> bool:
     once is a disturbance, and what acts in fast or loaded motion alone differs between folds.
 
     Of what acts at reversals alone, less than nothing is friction that turns around ahead of
-    motion: that of a joint that sticks does, and it is no structure.
+    motion: that of a joint that sticks does, and it is no structure. Nor is a gear that gives less
+    than nothing: noise of position n makes M n'' less effort than the model expects, and of a
+    stiff gear's column -M^2 / K n''''. Their mean product is below 0.
     """
-    s = finding.score
-    ahead = finding.effect.reversals_alone and bool((s.amplitude < 0.0).all())
-    return bool(finding.objection) and not ahead and s.cv_least > finding.floor
+    s, effect = finding.score, finding.effect
+    chance = effect.reversals_alone or isinstance(effect, TransmissionTerm)
+    less = chance and bool((s.amplitude < 0.0).all())
+    return bool(finding.objection) and not less and s.cv_least > finding.floor
 
 
 def impossible(found: Sequence[Finding]) -> list[Finding]:

@@ -22,9 +22,16 @@ from known_robots import (
 from scipy.signal import lfilter, savgol_filter
 
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.leftover import LEAST, REST, Leftover
-from sosml_friction.diagnosis.decision.remainder import all_together, scale_columns, with_scales
+from sosml_friction.diagnosis.decision.leftover import AXES, LEAST, REST, Leftover
+from sosml_friction.diagnosis.decision.remainder import (
+    all_together,
+    free_curves,
+    remainder,
+    scale_columns,
+    with_scales,
+)
 from sosml_friction.diagnosis.decision.selector import Selector, only_impossible
+from sosml_friction.diagnosis.decision.sliding import clear_of_turns
 from sosml_friction.diagnosis.decision.slow_noise import noise_where
 from sosml_friction.diagnosis.decision.tone import Tone, strongest_tone
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -32,9 +39,12 @@ from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.simple_models import free_model
 from sosml_friction.model.terms.effort_bias import EffortBias
 from sosml_friction.model.terms.effort_scale import EffortScale
+from sosml_friction.model.terms.joint_elasticity import JointElasticity
 from sosml_friction.model.terms.spring import Spring
 from sosml_friction.model.terms.stribeck import Stribeck
 from sosml_friction.regression.chance import SIGMAS
+from sosml_friction.regression.curves.axes import POSITION
+from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score, System, make_blocks
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.kernels import hats
@@ -255,6 +265,26 @@ def test_a_torque_constant_may_be_off_by_its_tolerance_beside_curves(trust):
     assert (off - true < 1e-3 * true) == np.isinf(trust)
 
 
+def test_a_curve_over_position_that_is_beside_turns_alone_is_none():
+    """Motion that repeats turns around at the same places: effort there is of how it turns."""
+    model, settings = slider_model(20.0, 200.0), DiagnosisSettings()
+    signals = prepare([slider_recording(seed=1)], model, model.make_robot(), settings)
+    made = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings)
+    hats = free_curves(made, Elsewhere(made.signals), 0)[2 * AXES.index(POSITION)]
+    turns = ~clear_of_turns(made)[:, 0]
+
+    def found(rows):
+        """Return what stands out where the outermost hat acts in some rows."""
+        effort = hats[:, 0] * rows
+        y = made.y.copy()
+        y[:, 0] += np.sqrt(2000.0 / (effort @ effort)) * effort
+        left = remainder(made, Fit.make(made.system, y), ())
+        return any(x.axis == POSITION and x.energy > x.floor for x in left.found)
+
+    assert found(~turns)
+    assert not found(turns)
+
+
 def test_what_only_acts_in_some_folds_is_beyond_chance_and_what_acts_in_one_is_not():
     """Of an impossible candidate: one fold is a disturbance, two are a motion that recurs."""
     own = CandidateColumns(np.array([0]), *(np.zeros((1, 1, 1, 1)),) * 3)
@@ -263,6 +293,15 @@ def test_what_only_acts_in_some_folds_is_beyond_chance_and_what_acts_in_one_is_n
     assert only_impossible(found)
     assert not only_impossible(replace(found, score=replace(score, cv_least=0.01)))
     assert not only_impossible(replace(found, objection=''))
+
+
+def test_a_gear_that_would_give_less_than_nothing_is_what_noise_of_position_makes():
+    """And no structure; one that would give ten times as much is."""
+    own = CandidateColumns(np.array([0]), *(np.zeros((1, 1, 1, 1)),) * 3)
+    score = Score(0, 90.0, -np.ones(1), np.ones(1), np.zeros(1), 0.2, 0.1, 0.1, 50.0, np.ones(1))
+    found = Finding(JointElasticity(), 0, {}, score, own, 50.0, objection='-1', floor=0.015)
+    assert not only_impossible(found)
+    assert only_impossible(replace(found, score=replace(score, amplitude=10.0 * np.ones(1))))
 
 
 def test_a_hum_is_a_tone_and_noise_is_none():

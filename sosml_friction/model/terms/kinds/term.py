@@ -41,6 +41,7 @@ class Term(ABC):
     ``identifier``: its name in files. ``amplitudes`` and ``inner``: the parameters that it is
     linear in, and the others, each with its unit, in which {effort}, {length} and {inertia} stand
     for those of the joint. ``refined``: inner parameters that are continuous, and fitted.
+    ``amplitude_range``: what each amplitude is within where the inner parameters are right.
 
     Where it acts: ``of_robot``: one for the robot, not one per joint; ``counterpart``: the class
     of the same identifier that is so where this one is not, or is not where this one is. A robot
@@ -78,6 +79,7 @@ class Term(ABC):
     amplitudes: ClassVar[Mapping[str, str]]
     inner: ClassVar[Mapping[str, str]] = {}
     refined: ClassVar[tuple[str, ...]] = ()
+    amplitude_range: ClassVar[tuple[float, float]] = (-np.inf, np.inf)
     of_robot: ClassVar[bool] = False
     counterpart: ClassVar[type[Term] | None] = None
     searched: ClassVar[bool] = True

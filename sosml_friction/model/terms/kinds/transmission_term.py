@@ -36,6 +36,9 @@ class TransmissionTerm(Term):
     """
 
     amplitudes: ClassVar[Mapping[str, str]] = {'amplitude': '1'}
+    # A factor of two either way in the body behind it. Past its resonance a softer gear makes the
+    # opposite effort, which resembles a stiffer one's of any size and of the wrong sign.
+    amplitude_range: ClassVar[tuple[float, float]] = (0.4, 1.8)
     at_reversals: ClassVar[bool] = True
     axis = 'effort'
     # Load and inertia in the equation are the nominal body's.
@@ -67,7 +70,8 @@ class TransmissionTerm(Term):
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible: the simulation is right at 1."""
-        if not 0.4 < fit.amplitude[0] < 1.8:
+        low, high = self.amplitude_range
+        if not low < fit.amplitude[0] < high:
             return f'its effort would have to be {fit.amplitude[0]:.2f} times what it makes'
         return ''
 
