@@ -128,8 +128,8 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     at = [k for k, (axis, _) in enumerate(axes) if axis == POSITION and energies[k] > 0.0]
     if at:
         clear = far & clear_of_turns(laboratory)
-        beside = fit_within(fit.system, fit.target.y, clear)
-        again = fit_curves(beside, [curves[k] for k in at], clear).energy
+        there = fit_within(fit.system, fit.target.y, clear)
+        again = fit_curves(there, [curves[k] for k in at], clear).energy
         energies[at] = np.minimum(energies[at], again)
     residuals = _residual(alone_fit), _residual(fit), result.left
     energy = np.array([np.sum(x**2, axis=0) for x in residuals])
