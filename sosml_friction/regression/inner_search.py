@@ -79,6 +79,11 @@ def _refined(
         its = laboratory.single(term, joint, inner).beside(fit.system)
         return fit.score(its), its
 
+    low_amplitude, high_amplitude = term.amplitude_range
+
+    def possible(s: Score) -> bool:
+        return bool(((low_amplitude < s.amplitude) & (s.amplitude < high_amplitude)).all())
+
     first, columns = at(start)
     if not bounds:
         return start, first, columns
@@ -109,7 +114,9 @@ def _refined(
         inner = inner_of(u)
         key = tuple(inner[name] for name in names)
         if key not in seen:
-            seen[key] = -at(inner)[0].gain
+            s, _ = at(inner)
+            # What is possible stays so.
+            seen[key] = -s.gain if possible(s) or not possible(first) else -first.gain
         return seen[key]
 
     nothing = np.zeros(len(names))
@@ -122,4 +129,5 @@ def _refined(
     )  # fmt: skip
     inner = inner_of(found.x)
     best, its = at(inner)
-    return (inner, best, its) if best.gain >= first.gain else (start, first, columns)
+    better = best.gain >= first.gain and (possible(best) or not possible(first))
+    return (inner, best, its) if better else (start, first, columns)

@@ -11,7 +11,8 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.signal_noise import white_noise, white_noise_of
 
-#: The share of samples whose noise is taken for that of a joint at rest, but for what they move.
+#: Share of samples, the slowest, whose noise stands for that of a joint at rest. Chosen, no
+#: measurement.
 _SLOWEST = 0.1
 
 
@@ -47,19 +48,19 @@ class PositionNoise:
         Return the noise of ``measured`` (N, n), a motion ``q`` read in steps of ``quantum``.
 
         Steps alone look like noise, by how fast the motion goes over them: white is what is more
-        than reading the motion in them makes, and late by what that is more in the faster half
-        of the samples than in the slowest.
+        than reading the motion in them makes, and late by what that is more where the joint is
+        faster than its root mean square than where it is slowest.
         """
         steps = cls(q, quantum, np.zeros(len(quantum)), effort, inertia)
         read = q + steps.drawn(np.random.default_rng(0))
         seen, own = (np.array([white_noise(column) for column in x.T]) for x in (measured, read))
         more = seen**2 - np.where(quantum > 0.0, own**2, 0.0)
-        columns = zip(measured.T, q.T, read.T, quantum, strict=True)
-        late, slow = np.array([_late(*each) for each in columns]).reshape(-1, 2).T
+        pairs = [_late(*each) for each in zip(measured.T, q.T, read.T, strict=True)]
+        late, slowest = np.array(pairs).reshape(-1, 2).T
         # That of the slowest is sure where the faster have much more.
-        rest = np.maximum(more - late**2 * np.mean(_speed(q) ** 2, axis=0), slow)
-        more = np.where(late > 0.0, rest, more)
-        return replace(steps, white=np.sqrt(np.maximum(more, 0.0)), late=late)
+        rest = np.maximum(more - late * np.mean(_speed(q) ** 2, axis=0), slowest)
+        white = np.maximum(np.where(late > 0.0, rest, more), 0.0)
+        return replace(steps, white=np.sqrt(white), late=np.sqrt(late))
 
     @property
     def scale(self) -> FloatArray:
@@ -92,22 +93,20 @@ def _speed(q: FloatArray) -> FloatArray:
     return np.gradient(q, axis=0)
 
 
-def _late(
-    measured: FloatArray, q: FloatArray, read: FloatArray, quantum: float
-) -> tuple[float, float]:
-    """Return by how much samples are read late, in steps, and the square of white noise beside."""
+def _late(measured: FloatArray, q: FloatArray, read: FloatArray) -> tuple[float, float]:
+    """Return the squares of how late samples are read, in steps, and of white noise beside it."""
     squares, differences = _speed(q)[1:-2] ** 2, [np.diff(x, 3) for x in (measured, read)]
     # A joint that rests within a step shows no noise.
     told = differences[0] != 0.0
     if not told.any():
         return 0.0, 0.0
-    slowest, middle = np.quantile(squares[told], [_SLOWEST, 0.5])
+    slowest, usual = np.quantile(squares[told], _SLOWEST), np.mean(squares[told])
     power, speed = [], []
-    for part in (told & (squares > middle), told & (squares <= slowest)):
-        if not part.any():
+    for part in (squares > usual, squares <= slowest):
+        if not (told & part).any():
             return 0.0, 0.0
-        seen, own = (white_noise_of(each[part]) for each in differences)
-        power.append(seen**2 - (own**2 if quantum > 0.0 else 0.0))
+        seen, own = (white_noise_of(each[part & (each != 0.0)]) for each in differences)
+        power.append(seen**2 - own**2)
         speed.append(float(np.mean(squares[part])))
     late = max(power[0] - power[1], 0.0) / max(speed[0] - speed[1], 1e-300)
-    return float(np.sqrt(late)), power[1] - late * speed[1]
+    return late, power[1] - late * speed[1]

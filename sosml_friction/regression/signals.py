@@ -360,9 +360,9 @@ def make_signals(
     sign = _signs(q, v, scales)
     found = _position_noise(stretch, robot, step)[0]
     drawn, scale = found.drawn(np.random.default_rng(0)), found.scale
-    noise, even = band.smooth(drawn), second_derivative(band.smooth(drawn / scale), step)
+    noise, per_scale = band.smooth(drawn), second_derivative(band.smooth(drawn / scale), step)
     sigmas = SIGMAS, largest_of(len(a))
-    steady, sure = steady_accelerations(a, even, scale, band, sigmas)
+    steady, sure = steady_accelerations(a, per_scale, scale, band, sigmas)
     regressor = robot.torque_regressors(q, v, steady)
     bodies, rotors = robot.inertial_parameters().ravel(), np.array(robot.armature)
     if robot.followers:

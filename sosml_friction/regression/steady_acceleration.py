@@ -32,7 +32,8 @@ def steady_accelerations(
     smooth, noise that is faster than it is gone.
 
     :param a: second derivative of measured positions; ``noise`` times ``scale`` (N, n): a draw of
-        the noise in it, and how it grows and falls along the motion, slower than the band.
+        the noise in it, and how it grows and falls along the motion, but at turns slower than the
+        band.
     :param sigmas: k of each that is returned. 3 loses little of the motion, and
         :func:`largest_of` all samples has no noise: the line that an encoder's steps make at some
         speeds passes three.

@@ -55,6 +55,27 @@ def test_noise_that_grows_with_speed_is_that_of_when_positions_were_read(late):
     assert seen.white[0] == pytest.approx(white, rel=0.3, abs=0.15 * late)
     shape = np.hypot(white, late / STEP * speed)
     assert seen.scale[:, 0] == pytest.approx(shape / np.sqrt(np.mean(shape**2)), rel=0.3)
+    drawn, fast = seen.drawn(np.random.default_rng(4))[:, 0], np.abs(speed) > 1.2 * STEP
+    for part in (fast, ~fast):
+        assert np.std(drawn[part]) == pytest.approx(np.sqrt(np.mean(shape[part] ** 2)), rel=0.1)
+
+
+@pytest.mark.parametrize(('size', 'phase'), [(0.01, 0.7), (0.02, 0.0), (0.02, 0.7)])
+def test_the_steps_of_a_slow_joint_are_no_noise_that_grows(size, phase):
+    """14 bits at 1 kHz: less than a count for each sample, wherever its zero is."""
+    count, one = 2.0 * np.pi / 16384, np.ones(1)
+    q = size * np.sin(2.0 * np.pi * 0.2 * np.arange(0.0, 60.0, 1e-3) + phase)
+    read = count * np.round(q / count)
+    seen = PositionNoise.seen(read[:, None], q[:, None], count * one, one, one[:, None])
+    assert seen.white[0] < 0.1 * count
+    assert seen.late[0] * np.abs(np.gradient(q)).max() < 0.2 * count
+
+
+def test_a_fast_sine_at_a_low_rate_is_not_read_late():
+    """50 Hz and 2 Hz: its third difference is that of the motion, largest where it is fast."""
+    one, q = np.ones(1), np.sin(2.0 * np.pi * 2.0 * np.arange(0.0, 60.0, 0.02))
+    seen = PositionNoise.seen(q[:, None], q[:, None], 0.0 * one, one, one[:, None])
+    assert seen.late[0] * 0.02 < 1e-5
 
 
 def test_a_joint_without_noise_has_none_that_grows():

@@ -124,13 +124,17 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
             axes.append((AXES[g // 2], g % 2 == 1))
     result = fit_curves(fit, curves, far)
     energies = np.array(result.energy)
-    # Motion that repeats turns around at the same places: a curve over them is there beside it.
-    at = [k for k, (axis, _) in enumerate(axes) if axis == POSITION and energies[k] > 0.0]
-    if at:
-        clear = far & clear_of_turns(laboratory)
+    # Motion that repeats turns around at the same places: a curve over position has to be there
+    # beside them, where most rows are.
+    clear = far & clear_of_turns(laboratory)
+    kept = clear.sum(axis=0) / np.maximum(far.sum(axis=0), 1)
+    joint = np.array([i for i, _ in curves], dtype=np.intp)
+    position = np.array([axis == POSITION for axis, _ in axes], dtype=np.bool_)
+    at = np.flatnonzero(position & (2.0 * kept[joint] > 1.0) & (energies > 0.0))
+    if len(at):
         there = fit_within(fit.system, fit.target.y, clear)
         again = fit_curves(there, [curves[k] for k in at], clear).energy
-        energies[at] = np.minimum(energies[at], again)
+        energies[at] = np.minimum(energies[at], again / kept[joint[at]])
     residuals = _residual(alone_fit), _residual(fit), result.left
     energy = np.array([np.sum(x**2, axis=0) for x in residuals])
     named = np.maximum(energy[0] - energy[1], 0.0)

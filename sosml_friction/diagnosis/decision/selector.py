@@ -22,6 +22,7 @@ from sosml_friction.regression.estimate import estimate, refined_again, settle
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.placed import with_amplitudes
 from sosml_friction.regression.rival import VERY_STRONG
+from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Candidates of a round whose inner parameters are refined before the best is chosen. Each costs
@@ -114,7 +115,8 @@ class Selector:
             if self._enough(result.accepted):
                 return result
             top = self._refined(result, found)
-            result = replace(result, refused=next(filter(only_impossible, top), None))
+            nothing_else = (f for f in top if only_impossible(f, lab.signals[0]))
+            result = replace(result, refused=next(nothing_else, None))
             if not top:
                 return result
             of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
@@ -326,7 +328,7 @@ def nominal_friction(laboratory: WhitenedRegression) -> list[tuple[str, int]]:
     return [c.key for c in laboratory.candidates if c.effect.of_law and c.effect.parameter_error]
 
 
-def only_impossible(finding: Finding) -> bool:
+def only_impossible(finding: Finding, signals: Signals) -> bool:
     """
     Tell whether nothing else speaks against a candidate: it explains something, no chance.
 
@@ -334,13 +336,15 @@ def only_impossible(finding: Finding) -> bool:
     once is a disturbance, and what acts in fast or loaded motion alone differs between folds.
 
     Of what acts at reversals alone, less than nothing is friction that turns around ahead of
-    motion: that of a joint that sticks does, and it is no structure. Nor is a gear that gives less
-    than nothing: noise of position n makes M n'' less effort than the model expects, and of a
-    stiff gear's column -M^2 / K n''''. Their mean product is below 0.
+    motion: that of a joint that sticks does, and it is no structure. Nor is a stiff gear that
+    gives less than nothing: noise of position n makes M n'' less effort than the model expects,
+    and -M^2 / K n'''' in its column. Their mean product is below 0.
     """
     s, effect = finding.score, finding.effect
-    chance = effect.reversals_alone or isinstance(effect, TransmissionTerm)
-    less = chance and bool((s.amplitude < 0.0).all())
+    stiff = isinstance(effect, TransmissionTerm) and effect.is_stiff(
+        signals, finding.joint, finding.inner
+    )
+    less = (effect.reversals_alone or stiff) and bool((effect.whole(s.amplitude) < 0.0).all())
     return bool(finding.objection) and not less and s.cv_least > finding.floor
 
 

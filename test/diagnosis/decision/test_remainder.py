@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from full_runs import only_full
 from known_robots import (
+    SLIDER_MASS,
     SLIDER_STEP,
     coulomb_viscous,
     recording,
@@ -290,18 +291,25 @@ def test_what_only_acts_in_some_folds_is_beyond_chance_and_what_acts_in_one_is_n
     own = CandidateColumns(np.array([0]), *(np.zeros((1, 1, 1, 1)),) * 3)
     score = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.2, 0.14, 0.09, 50.0, np.ones(1))
     found = Finding(Spring(), 0, {}, score, own, 50.0, objection='no such spring', floor=0.015)
-    assert only_impossible(found)
-    assert not only_impossible(replace(found, score=replace(score, cv_least=0.01)))
-    assert not only_impossible(replace(found, objection=''))
+    assert only_impossible(found, None)
+    assert not only_impossible(replace(found, score=replace(score, cv_least=0.01)), None)
+    assert not only_impossible(replace(found, objection=''), None)
 
 
-def test_a_gear_that_would_give_less_than_nothing_is_what_noise_of_position_makes():
-    """And no structure; one that would give ten times as much is."""
+def test_a_stiff_gear_that_would_give_less_than_nothing_is_what_noise_of_position_makes():
+    """And no structure; a soft one is, and one that would give ten times as much."""
+    (signals,) = prepare(
+        [slider_recording()], slider_model(), slider_model().make_robot(), DiagnosisSettings()
+    )
+    stiff = SLIDER_MASS * (2.0 * np.pi * signals.band.cutoff) ** 2
     own = CandidateColumns(np.array([0]), *(np.zeros((1, 1, 1, 1)),) * 3)
     score = Score(0, 90.0, -np.ones(1), np.ones(1), np.zeros(1), 0.2, 0.1, 0.1, 50.0, np.ones(1))
-    found = Finding(JointElasticity(), 0, {}, score, own, 50.0, objection='-1', floor=0.015)
-    assert not only_impossible(found)
-    assert only_impossible(replace(found, score=replace(score, amplitude=10.0 * np.ones(1))))
+    inner = {'stiffness': stiff}
+    found = Finding(JointElasticity(), 0, inner, score, own, 50.0, objection='-1', floor=0.015)
+    assert not only_impossible(found, signals)
+    assert only_impossible(replace(found, inner={'stiffness': 0.1 * stiff}), signals)
+    more = replace(score, amplitude=10.0 * np.ones(1))
+    assert only_impossible(replace(found, score=more), signals)
 
 
 def test_a_hum_is_a_tone_and_noise_is_none():

@@ -36,8 +36,8 @@ class TransmissionTerm(Term):
     """
 
     amplitudes: ClassVar[Mapping[str, str]] = {'amplitude': '1'}
-    # A factor of two either way in the body behind it. Past its resonance a softer gear makes the
-    # opposite effort, which resembles a stiffer one's of any size and of the wrong sign.
+    # The body behind it may be off by a factor of two, and the column is not exact. Past its
+    # resonance a softer gear makes the opposite effort, which resembles a stiffer one's.
     amplitude_range: ClassVar[tuple[float, float]] = (0.4, 1.8)
     at_reversals: ClassVar[bool] = True
     axis = 'effort'
@@ -60,6 +60,13 @@ class TransmissionTerm(Term):
         """Return the effort of the deflection, (N, n, 1)."""
         gear = self.gear(joint, inner)
         return transmission_column(signals, joint, gear.stiffness, gear.gap)
+
+    def is_stiff(self, signals: Recording, joint: int, inner: Inner) -> bool:
+        """Tell whether the body behind it resonates above all that its load has."""
+        inertia = signals.robot.inertia(np.median(signals.q, axis=0))[joint, joint]
+        inertia -= signals.robot.armature[joint]
+        resonance = np.sqrt(inner['stiffness'] / max(inertia, 1e-9)) / (2.0 * np.pi)
+        return bool(resonance > _SMOOTHER * signals.band.cutoff)
 
     def simulated(
         self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
