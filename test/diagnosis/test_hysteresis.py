@@ -3,10 +3,8 @@
 """A cable that bends and slips is a hysteresis, and neither an inertia nor a delay."""
 
 import pytest
-from known_robots import slider_model, slider_recording
 
 from sosml_friction.diagnosis.diagnosis import diagnose
-from sosml_friction.model.dahl import dahl_path
 from validation.trial import Spec, build, nominal_model
 
 
@@ -22,14 +20,3 @@ def test_a_hose_that_bends_and_slips_is_named_beside_friction_that_is_known():
     assert cause.parameters['level'].value == pytest.approx(trial.size, rel=0.25)
     # Of its springs the mean one slips at 1.05 of 0.1 to 0.25 rad.
     assert 0.08 < cause.parameters['displacement'].value < 0.4
-
-
-def test_a_cable_chain_that_slips_over_little_of_a_stroke_is_named():
-    """5 N over 1 mm beside 20 N that turn around over 4 um: a 400th of the stroke."""
-
-    def sign(q, _):
-        return dahl_path(q, 4e-6) + 0.25 * dahl_path(q, 1e-3)
-
-    found = diagnose([slider_recording(seed=2, sign=sign)], slider_model())
-    assert [cause.effect for cause in found.causes] == ['hysteresis']
-    assert found.causes[0].parameters['displacement'].value == pytest.approx(1e-3, rel=0.2)

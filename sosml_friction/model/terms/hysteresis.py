@@ -14,8 +14,9 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
 
-#: The least x_s in displacements over which the joint's friction builds up. 2 mm of a slide whose
-#: friction builds up over 5 um would hide a cable chain that slips over 1 mm.
+#: The least x_s in units of ``sign_limit``: as far as presliding friction is tried. From where
+#: friction builds up on, friction that lags in time is a hysteresis, in 2 of 2
+#: (``python -m validation.mujoco_campaign --seeds 1 --seed 20261330 --nulls 0 --outside 2``).
 _SHORTEST = 20.0
 #: The largest x_s as a share of the range: through all of it z goes from -1 to 1 - 2 exp(-2), or
 #: 0.73. A spring that slips over more is hardly told from one that does not.
@@ -63,8 +64,7 @@ class Hysteresis(DahlTerm):
 
     def _range(self, signals: Recording, joint: int) -> tuple[float, float]:
         scales = signals.scales
-        shortest = max(_SHORTEST * scales.displacement[joint], scales.sign_limit[joint])
-        return float(shortest), _LONGEST * float(scales.span[joint])
+        return _SHORTEST * float(scales.sign_limit[joint]), _LONGEST * float(scales.span[joint])
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
