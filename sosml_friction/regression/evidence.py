@@ -31,6 +31,8 @@ AT_BOUND = 0.999
 #: Points of a grid whose deviations at bounds are others before these are looked up anew. Halved
 #: and doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes.
 _MISSES = 3
+#: The range of an amplitude that may be anything.
+ANY = (-np.inf, np.inf)
 
 
 @dataclass(frozen=True)
@@ -350,9 +352,7 @@ class Fit:
             sides.append(_Side.make(inside, G - Gf, r - rf, system.bound, z))
         return sides
 
-    def score(
-        self, columns: CandidateColumns, within: tuple[float, float] = (-np.inf, np.inf)
-    ) -> Score:
+    def score(self, columns: CandidateColumns, within: tuple[float, float] = ANY) -> Score:
         """
         Return the evidence for a candidate whose first products are those of the system.
 
@@ -433,8 +433,13 @@ class _Side(NamedTuple):
 
 def _best(gains: FloatArray, amplitudes: FloatArray, within: tuple[float, float]) -> int:
     """Return the point of a grid that explains most, of those whose amplitudes are possible."""
-    possible = ((within[0] < amplitudes) & (amplitudes < within[1])).all(axis=1)
-    return int(np.argmax(np.where(possible, gains, -np.inf) if possible.any() else gains))
+    inside = possible(amplitudes, within)
+    return int(np.argmax(np.where(inside, gains, -np.inf) if inside.any() else gains))
+
+
+def possible(amplitudes: FloatArray, within: tuple[float, float]) -> BoolArray:
+    """Return where all amplitudes (..., k) are within a range."""
+    return np.asarray(((within[0] < amplitudes) & (amplitudes < within[1])).all(axis=-1))
 
 
 def _amplitude_error(G: FloatArray, A: FloatArray, B: FloatArray) -> FloatArray:

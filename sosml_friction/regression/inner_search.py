@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.term import Inner, Term
-from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
+from sosml_friction.regression.evidence import ANY, CandidateColumns, Fit, Score, possible
 from sosml_friction.regression.inner_scale import moved
 from sosml_friction.regression.placed import Placed
 from sosml_friction.regression.rival import VERY_STRONG
@@ -79,11 +79,6 @@ def _refined(
         its = laboratory.single(term, joint, inner).beside(fit.system)
         return fit.score(its), its
 
-    low_amplitude, high_amplitude = term.amplitude_range
-
-    def possible(s: Score) -> bool:
-        return bool(((low_amplitude < s.amplitude) & (s.amplitude < high_amplitude)).all())
-
     first, columns = at(start)
     if not bounds:
         return start, first, columns
@@ -100,6 +95,8 @@ def _refined(
         grid = [start, *({**start, 'frequency': float(w)} for w in inside)]
         start = grid[fit.score(laboratory.on_grid(term, joint, grid).beside(fit.system)).best]
         first, columns = at(start)
+    # What is possible stays so.
+    within = term.amplitude_range if possible(first.amplitude, term.amplitude_range) else ANY
     origin = np.array([float(start[name]) for name in names])
     seen: dict[tuple[float, ...], float] = {}
 
@@ -115,8 +112,7 @@ def _refined(
         key = tuple(inner[name] for name in names)
         if key not in seen:
             s, _ = at(inner)
-            # What is possible stays so.
-            seen[key] = -s.gain if possible(s) or not possible(first) else -first.gain
+            seen[key] = -s.gain if possible(s.amplitude, within) else -first.gain
         return seen[key]
 
     nothing = np.zeros(len(names))
@@ -129,5 +125,5 @@ def _refined(
     )  # fmt: skip
     inner = inner_of(found.x)
     best, its = at(inner)
-    better = best.gain >= first.gain and (possible(best) or not possible(first))
+    better = best.gain >= first.gain and possible(best.amplitude, within)
     return (inner, best, its) if better else (start, first, columns)

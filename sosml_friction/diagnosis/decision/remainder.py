@@ -55,8 +55,7 @@ ALL = 0.023
 RIPPLE = 0.03
 
 #: Share of the sliding rows that has to be clear of turns for a curve over position to be asked
-#: there alone. Where a slider has a quarter, at 2 Hz, a true curve still is 7 floors; where it has
-#: 2 %, at 3 Hz, none. Chosen between, no measurement.
+#: there alone: in fewer a true one may not stand out. Chosen, no measurement.
 _CLEAR = 0.2
 
 

@@ -14,9 +14,9 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
 
-#: The least x_s in units of ``sign_limit``: as far as presliding friction is tried. From where
-#: friction builds up on, friction that lags in time is a hysteresis, in 2 of 2
-#: (``python -m validation.mujoco_campaign --seeds 1 --seed 20261330 --nulls 0 --outside 2``).
+#: The least x_s in units of ``sign_limit``: as far as presliding friction is tried. Begun where
+#: friction builds up instead, it is named for friction that lags in time, in 2 of 2 trials of
+#: ``python -m validation.mujoco_campaign --seeds 1 --seed 20261330 --nulls 0 --outside 2``.
 _SHORTEST = 20.0
 #: The largest x_s as a share of the range: through all of it z goes from -1 to 1 - 2 exp(-2), or
 #: 0.73. A spring that slips over more is hardly told from one that does not.

@@ -63,9 +63,8 @@ class TransmissionTerm(Term):
 
     def is_stiff(self, signals: Recording, joint: int, inner: Inner) -> bool:
         """Tell whether the body behind it resonates above all that its load has."""
-        inertia = signals.robot.inertia(np.median(signals.q, axis=0))[joint, joint]
-        inertia -= signals.robot.armature[joint]
-        resonance = np.sqrt(inner['stiffness'] / max(inertia, 1e-9)) / (2.0 * np.pi)
+        stiffness = self.gear(joint, inner).stiffness
+        resonance = np.sqrt(stiffness / _inertia_behind(signals, joint)) / (2.0 * np.pi)
         return bool(resonance > _SMOOTHER * signals.band.cutoff)
 
     def simulated(
@@ -158,7 +157,11 @@ def resonances(signals: Recording, joint: int) -> FloatArray:
     Of a band of 25 to 50 Hz that is 0.8 to 1.6 Hz: what is softer is seen to swing. As many as a
     small grid has (band_rows.SMALL_GRID): of a larger one only some lines are no noise.
     """
-    inertia = signals.robot.inertia(np.median(signals.q, axis=0))[joint, joint]
-    inertia -= signals.robot.armature[joint]
     frequencies = signals.band.cutoff * np.geomspace(1.0 / 30.0, 1.2, 12)
-    return np.asarray(max(inertia, 1e-9) * (2.0 * np.pi * frequencies) ** 2)
+    return np.asarray(_inertia_behind(signals, joint) * (2.0 * np.pi * frequencies) ** 2)
+
+
+def _inertia_behind(signals: Recording, joint: int) -> float:
+    """Return the inertia of the body behind a gear, in the middle of the motion."""
+    whole = signals.robot.inertia(np.median(signals.q, axis=0))[joint, joint]
+    return max(float(whole - signals.robot.armature[joint]), 1e-9)
