@@ -30,7 +30,8 @@ class Recording(Protocol):
 
     ``tau`` (N, n): measured effort, but of ``silent`` joints; ``rigid``, ``friction``, ``torque``
     (N, n): nominal effort of bodies, of friction, and in all [Nm or N]; ``whole_torque``: with
-    friction that the model does not tell; ``sure_torque``: without noise of position;
+    friction that the model does not tell; ``sure_torque``: without noise of position, which is
+    ``doubted`` (N, n);
     ``regressor`` (N, n, 10 n): of the bodies' ten numbers each;
     ``cache``: what terms computed and want to keep.
     """
@@ -55,6 +56,8 @@ class Recording(Protocol):
     def torque(self) -> FloatArray: ...
     @property
     def whole_torque(self) -> FloatArray: ...
+    @property
+    def doubted(self) -> FloatArray | float: ...
     @property
     def sure_torque(self) -> FloatArray: ...
     @property

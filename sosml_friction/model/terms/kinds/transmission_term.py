@@ -19,8 +19,11 @@ from sosml_friction.model.terms.kinds.term import Inner, Term
 
 #: Share of critical damping in the gear.
 _DAMPING = 0.05
-#: The load is smoothed at this share of the band.
-_SMOOTHER = 0.6
+#: Share of the band above which a resonance is stiff: where noise of position n, whitened, is as
+#: strong at all frequencies f, its product with its own column is the integral of
+#: f^2 / (f^2 - f_r^2) up to the band's f_b, negative for f_r > f_b / 1.2, where
+#: ln((1 + x) / (x - 1)) = 2 x has its solution x = f_b / f_r.
+_STIFF = 1.0 / 1.2
 #: Steps of the integration in one cycle of the resonance.
 _STEPS = 25.0
 #: A body of less than this share of its rotor is rounding of their sum.
@@ -62,10 +65,10 @@ class TransmissionTerm(Term):
         return transmission_column(signals, joint, gear.stiffness, gear.gap)
 
     def is_stiff(self, signals: Recording, joint: int, inner: Inner) -> bool:
-        """Tell whether the body behind it resonates above all that its load has."""
+        """Tell whether noise of position looks like less than nothing of this gear."""
         stiffness = self.gear(joint, inner).stiffness
         resonance = np.sqrt(stiffness / _inertia_behind(signals, joint)) / (2.0 * np.pi)
-        return bool(resonance > _SMOOTHER * signals.band.cutoff)
+        return bool(resonance > _STIFF * signals.band.cutoff)
 
     def simulated(
         self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
@@ -137,12 +140,15 @@ def transmission_column(
     signals: Recording, joint: int, stiffness: float, gap: float
 ) -> FloatArray:
     """Return (N, n, 1): what the effort is more than with a stiff gear, first order in d."""
-    if ('load', joint) not in signals.cache:
-        # A resonance would amplify what noise is left.
-        body = signals.rigid[:, joint] - signals.robot.armature[joint] * signals.a[:, joint]
-        signals.cache[('load', joint)] = signals.band.smooth(body, _SMOOTHER)
-    load = signals.cache[('load', joint)]
     mass, slope = mass_and_slope(signals)
+    if ('load', joint) not in signals.cache:
+        # A resonance would amplify noise, and noise of position is in what is left of effort, too.
+        rotors = np.diag(signals.robot.armature)
+        doubt = np.broadcast_to(signals.doubted, signals.q.shape)
+        noise = np.linalg.solve(mass + rotors, doubt[:, :, None])[:, :, 0]
+        rotor = signals.robot.armature[joint] * (signals.a - noise)[:, joint]
+        signals.cache[('load', joint)] = (signals.rigid - doubt)[:, joint] - rotor
+    load = signals.cache[('load', joint)]
     inertia = np.ascontiguousarray(mass[:, joint, joint])
     frequency = np.sqrt(stiffness / float(inertia.min())) / (2.0 * np.pi)
     substeps = max(1, int(np.ceil(_STEPS * frequency * signals.band.step)))
