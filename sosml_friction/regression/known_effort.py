@@ -16,7 +16,7 @@ from sosml_friction.model.known_terms import (
 )
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import Signals, Stated, bump, nominal_friction
+from sosml_friction.regression.signals import Signals, Stated, bump, nominal_friction, with_rests
 from sosml_friction.regression.untold_friction import with_untold_friction
 
 #: Step of a slope over load, as a share of its root mean square: friction by load is of its first
@@ -49,7 +49,8 @@ def with_known(
         at_once.append(replace(s, known=known, by_load=_slope(s, terms), cache={}))
     told = stated_terms(model)
     if like is None:
-        found_terms = [_as_it_follows(at_once, known) for known in told]
+        resting = with_rests(at_once) if told else ()
+        found_terms = [_as_it_follows(resting, known) for known in told]
     else:
         found_terms = [each.known for each in like[0].stated]
     stated = tuple(Stated(known, _size(signals, known)) for known in found_terms)
@@ -70,7 +71,8 @@ def _as_it_follows(signals: Sequence[Signals], known: KnownTerm) -> KnownTerm:
 
     With e what it lacks then of a term that is at its level at once, and r what is left of the
     effort, both without what bodies, Coulomb and viscous friction, a bias and the shape of a
-    reversal make of them: r = c e, and c is nearer to 1 than to 0.
+    reversal make of them: r = c e, and c is nearer to 1 than to 0. What a joint takes at rest is
+    in neither.
     """
     i = known.joint
     further = known.term.further(float(signals[0].scales.displacement[i]))
@@ -81,7 +83,8 @@ def _as_it_follows(signals: Sequence[Signals], known: KnownTerm) -> KnownTerm:
     for s in signals:
         change, sign = _behind(s, known, slow)[:, i], s.sign[:, i]
         beside = [s.regressor[:, i], s.a[:, i], s.v[:, i], sign, bump(sign), np.ones(len(sign))]
-        rows.append(s.band.apply(np.column_stack([change, s.unexplained[:, i], *beside])))
+        columns = np.column_stack([change, s.unexplained[:, i], *beside])
+        rows.append(s.in_band(columns[:, None], [i])[:, 0])
     X = np.concatenate(rows)
     Z = X[:, 2:] / np.maximum(np.linalg.norm(X[:, 2:], axis=0), 1e-300)
     e, r = (X[:, :2] - Z @ np.linalg.lstsq(Z, X[:, :2], rcond=1e-9)[0]).T

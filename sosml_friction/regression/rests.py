@@ -3,7 +3,6 @@
 """What friction does while a joint rests: unknown, and so taken out of both sides."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from itertools import zip_longest
 
 import numpy as np
@@ -15,6 +14,8 @@ from sosml_friction.regression.band import Band
 from sosml_friction.regression.column_norms import COLLINEAR, column_norms
 from sosml_friction.regression.kernels import hats, runs
 from sosml_friction.regression.noise_model import ORDER
+from sosml_friction.regression.rest import Rest
+from sosml_friction.regression.row_bases import RowBases
 
 #: A joint stands still where it is slower than this share of its top speed over one cycle of the
 #: band. Doubled, no answer of ``python -m validation.sensitivity --seed 1`` changes; halved, one
@@ -32,20 +33,6 @@ _STOP, _STOP_S = 3.0, 0.2
 #: grow with the third and the second power. Chosen so that a parting, 2 half / factor + ORDER = 26
 #: rows, costs 5 % of them.
 _LONGEST = 512
-
-
-@dataclass(frozen=True)
-class Rest:
-    """
-    Hold what an effort of any course during one rest of a joint is in the band.
-
-    ``rows`` of the band that see it; ``base`` (rows, r): orthonormal, None where they see nothing
-    else and all of it is.
-    """
-
-    joint: int
-    rows: slice
-    base: FloatArray | None
 
 
 def resting(q: FloatArray, band: Band, most: float, cycles: float = 1.0) -> list[tuple[int, int]]:
@@ -343,7 +330,7 @@ class WhitenedRests:
         rows = sum(count - order for count in counts)
         #: Rows (rows, n) that are zero.
         self.inside = np.zeros((rows, len(whitening)), dtype=np.bool_)
-        self._bases: list[tuple[int, slice, FloatArray]] = []
+        bases: list[Rest] = []
         first = -order
         silences = silent or [()] * len(counts)
         for own, count, without in zip(rests, counts, silences, strict=True):
@@ -363,20 +350,19 @@ class WhitenedRests:
                         continue
                     base = _span(columns[cut:] / column_norms(columns[cut:]))
                     start = first + begin + cut
-                    self._bases.append((i, slice(start, start + len(base)), base))
+                    bases.append(Rest(i, slice(start, start + len(base)), base))
             first += count - order
+        self._bases = RowBases(bases)
 
     def known(self) -> FloatArray:
         """Return how many rows of each joint say something (n,): those left less the freed."""
-        known = (~self.inside).sum(axis=0).astype(np.float64)
-        for joint, _, base in self._bases:
-            known[joint] -= base.shape[1]
-        return np.asarray(known)
+        freed = [self._bases.rank(joint) for joint in range(self.inside.shape[1])]
+        return np.asarray((~self.inside).sum(axis=0) - np.array(freed, dtype=np.float64))
 
     def reached(self) -> BoolArray:
         """Return the rows (rows, n) from which rests take all or a part."""
         reached = self.inside.copy()
-        for joint, rows, _ in self._bases:
+        for joint, rows in self._bases.rows():
             reached[rows, joint] = True
         return reached
 
@@ -384,10 +370,7 @@ class WhitenedRests:
         """Take what efforts at rest may be out of whitened ``x`` (rows, m, ...), in place."""
         for k, joint in enumerate(joints):
             x[self.inside[:, joint], k] = 0.0
-            for i, rows, base in self._bases:
-                if i == joint:
-                    _project(x[rows, k], base)
-        return x
+        return self._bases.take_out(x, joints)
 
 
 def _clusters(
@@ -419,22 +402,3 @@ def _clusters(
             begin, columns = start, joined
         result.append((begin, columns))
     return result
-
-
-def _project(part: ColumnArray, base: FloatArray) -> None:
-    """Take what a base (rows, r) spans out of a part (rows, ...), in place."""
-    flat = part.reshape(len(part), -1)
-    part -= (base @ (base.T @ flat)).reshape(part.shape)
-
-
-def without_rests(x: ColumnArray, joints: Sequence[int], rests: Sequence[Rest]) -> ColumnArray:
-    """Take what effort at rest explains out of ``x`` (rows, joints, ...) in the band, in place."""
-    for rest in rests:
-        for k, joint in enumerate(joints):
-            if joint == rest.joint:
-                part = x[rest.rows, k]
-                if rest.base is None:
-                    part[...] = 0.0
-                    continue
-                _project(part, rest.base)
-    return x

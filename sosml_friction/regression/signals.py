@@ -28,8 +28,10 @@ from sosml_friction.observers.signal_noise import counts_of, signal_noise
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.position_noise import PositionNoise
-from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
+from sosml_friction.regression.rest import Rest
+from sosml_friction.regression.rests import find_rests, stopping_joints
 from sosml_friction.regression.rival import VERY_STRONG
+from sosml_friction.regression.row_bases import RowBases
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.steady_acceleration import (
     largest_of,
@@ -175,6 +177,10 @@ class Signals:
         load = self.rigid - np.array(self.robot.armature) * self.a + self.more_load
         return Motion(self.time, self.q, self.v, self.sign, load, warm)
 
+    @cached_property
+    def _at_rest(self) -> RowBases:
+        return RowBases(self.rests)
+
     @property
     def unexplained(self) -> FloatArray:
         """Return the effort beyond what the nominal model expects of the motion as measured."""
@@ -223,7 +229,7 @@ class Signals:
     def without_unknown(self, x: ColumnArray, joints: Sequence[int]) -> ColumnArray:
         """Take what joints at rest may take, and all of silent ones, out of x (K, m, ...)."""
         x[:, [k for k, joint in enumerate(joints) if joint in self.silent]] = 0.0
-        return without_rests(x, joints, self.rests)
+        return self._at_rest.take_out(x, joints)
 
 
 def with_rests(

@@ -26,8 +26,8 @@ from sosml_friction.regression.rests import (
     find_rests,
     resting,
     stopping_joints,
-    without_rests,
 )
+from sosml_friction.regression.row_bases import RowBases
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare, with_rests
 from sosml_friction.share import share_directory
@@ -56,7 +56,7 @@ def test_any_course_of_effort_at_rest_leaves_nothing_and_other_efforts_stay():
         stands[begin:end] = np.cumsum(rng.normal(0.0, 0.1, end - begin)) + rng.normal()
     assert (np.diff(q[:, 0], append=q[-1, 0])[stands != 0.0] < 1e-9).mean() > 0.85
     before = BAND.apply(stands[:, None])
-    after = without_rests(before.copy(), [0], rests)
+    after = RowBases(rests).take_out(before.copy(), [0])
     assert np.abs(before).max() > 1.0
     # What the knots are too coarse for is above the band.
     assert np.abs(after).max() < 0.02 * np.abs(before).max()
@@ -65,8 +65,8 @@ def test_any_course_of_effort_at_rest_leaves_nothing_and_other_efforts_stay():
     for rest in rests:
         seen[rest.rows] = True
     other = BAND.apply(rng.normal(size=(len(t), 1)))
-    assert (without_rests(other.copy(), [0], rests) == other)[~seen].all()
-    assert (without_rests(other.copy(), [1], rests) == other).all()
+    assert (RowBases(rests).take_out(other.copy(), [0]) == other)[~seen].all()
+    assert (RowBases(rests).take_out(other.copy(), [1]) == other).all()
 
 
 @pytest.mark.parametrize('seed', range(4))
@@ -85,7 +85,7 @@ def test_rests_that_the_filter_sees_at_once_are_taken_out_together(seed):
     for sign, (begin, end) in enumerate(resting(q[:, 0], BAND, 1e-3)):
         stands[begin:end] = (-1.0) ** sign * np.linspace(1.0, 0.5, end - begin)
     before = BAND.apply(stands[:, None])
-    after = without_rests(before.copy(), [0], rests)
+    after = RowBases(rests).take_out(before.copy(), [0])
     assert np.abs(before).max() > 0.5
     assert np.abs(after).max() < 0.02 * np.abs(before).max()
 
@@ -106,7 +106,7 @@ def test_a_chain_of_rests_is_parted_where_it_is_long_and_every_rest_is_taken_out
     for begin, end in resting(q[:, 0], BAND, 1e-3):
         stands[begin:end] = rng.uniform(-1.0, 1.0)
     before = BAND.apply(stands[:, None])
-    after = without_rests(before.copy(), [0], rests)
+    after = RowBases(rests).take_out(before.copy(), [0])
     assert np.abs(before).max() > 0.5
     assert np.abs(after).max() < 0.02 * np.abs(before).max()
     model = NoiseModel(np.append([1.6, -0.8], np.zeros(ORDER - 2)), 0.1)
@@ -201,7 +201,7 @@ def test_a_long_hold_takes_no_more_memory_than_its_ends():
     effort = np.zeros((len(t), 1))
     effort[held, 0] = np.sin(np.arange(held.stop - held.start) * 1e-3)
     before = BAND.apply(effort)
-    after = without_rests(before.copy(), [0], rests)
+    after = RowBases(rests).take_out(before.copy(), [0])
     assert np.abs(after).max() < 0.02 * np.abs(before).max()
     assert sum(rest.base.size for rest in rests if rest.base is not None) < 1e4
 
