@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inner parameters where the cost is least: what a fit and a diagnosis do alike."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.optimize import minimize
@@ -23,9 +23,9 @@ _CYCLES, _FREQUENCY_STEP, _LOG_STEP = 2.5, 0.4, 0.3
 #: depth, and the grid may have missed the deepest. Halved and doubled, no answer of ``python -m
 #: validation.sensitivity --seed 1`` changes.
 _AROUND, _FINER = 10.0, 0.5
-#: Evaluations for each parameter, and what ends the search before them: in units of the step, and
-#: of the cost [noise variances].
-_MOST, _SAME_PLACE, _SAME_COST = 25, 0.01, 0.5
+#: Evaluations for each parameter, and the difference of cost that ends the search before them
+#: [noise variances]: a parameter is sqrt(0.05) of its standard error off then.
+_MOST, _SAME_COST = 25, 0.05
 
 
 def refine(
@@ -115,15 +115,27 @@ def _refined(
             seen[key] = -s.gain if possible(s.amplitude, within) else -first.gain
         return seen[key]
 
-    nothing = np.zeros(len(names))
     size = _FREQUENCY_STEP if periodic else _LOG_STEP
-    simplex = np.vstack([nothing, size * np.eye(len(names))])
-    found = minimize(
-        cost, nothing, method='Nelder-Mead',
-        options={'initial_simplex': simplex, 'maxfev': _MOST * len(names),
-                 'xatol': _SAME_PLACE, 'fatol': _SAME_COST},
-    )  # fmt: skip
-    inner = inner_of(found.x)
+    inner = inner_of(_lowest(cost, len(names), size))
     best, its = at(inner)
     better = best.gain >= first.gain and possible(best.amplitude, within)
     return (inner, best, its) if better else (start, first, columns)
+
+
+def _lowest(cost: Callable[[FloatArray], float], count: int, size: float) -> FloatArray:
+    """Return where a cost is least, by Nelder and Mead's simplex, begun at 0 with a size."""
+    simplex = np.vstack([np.zeros(count), size * np.eye(count)])
+    left = _MOST * count
+    while True:
+        found = minimize(
+            cost, simplex[0], method='Nelder-Mead',
+            options={'initial_simplex': simplex, 'maxfev': left, 'xatol': np.inf,
+                     'fatol': _SAME_COST},
+        )  # fmt: skip
+        left -= found.nfev
+        # Equal on both sides of a minimum is no end.
+        corners = found.final_simplex[0]
+        middle = corners.mean(axis=0)
+        if left < count + 1 or cost(middle) > found.fun - _SAME_COST:
+            return np.asarray(found.x)
+        simplex = np.vstack([middle, middle + 0.5 * (corners[1:] - middle)])

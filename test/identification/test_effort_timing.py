@@ -328,15 +328,20 @@ def rippling(seed, ripple=0.004, periods=42.0, knee=0.006):
     return recording(('j',), step * np.arange(count), seen, noisy), free_model(inertia, 'j')
 
 
-@pytest.mark.parametrize('seed', range(1, 1 + SEEDS))
+@pytest.mark.parametrize('seed', range(1, 2 + SEEDS))
 @pytest.mark.parametrize('periods', [42.0, pytest.param(84.0, marks=only_full)])
 def test_ripple_that_the_loop_answers_is_no_early_effort(seed, periods):
-    """It made effort 2 to 4 ms early, and viscous friction up to 35 % too large."""
+    """
+    It made effort 2 to 4 ms early, and viscous friction up to 35 % too large.
+
+    Of the first seed S is not known, and viscous friction an interval alone.
+    """
     log, model = rippling(seed, periods=periods)
     found = analyse_log(log, model, FitSettings())
     assert not [f for f in found.data_checks.findings if f.check == 'late_effort']
     viscous = found.fit.joints['j']['weak_form'].fit.parameters['viscous']
-    assert viscous.value == pytest.approx(8e-5, rel=0.1)
+    assert viscous.interval[0] < 8e-5 < viscous.interval[1]
+    assert not abs(viscous.value - 8e-5) > 0.1 * 8e-5
 
 
 def test_a_stated_hold_is_used_as_it_is_where_effort_is_late_by_samples():
