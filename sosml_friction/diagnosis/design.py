@@ -61,13 +61,17 @@ class Design:
         :raises DataError: if there is too little of them.
         :raises ConfigurationError: if ``holdout`` is of no use.
         """
-        signals = with_all_known(prepare(recordings.logs, model, robot, settings), model, settings)
-        told = [i for i in range(robot.n) if i not in signals[0].silent]
-        own = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
-        own += [tone_above_band(signals, i) for i in told]
+        signals = _seen(recordings, model, robot, settings)
         # Of a model that is itself no surer than that nothing is told.
         if all(share < LARGEST for share in settings.trust.values()):
-            own += [whole_effort(signals, i) for i in told]
+            whole = [whole_effort(signals, i) for i in _told(signals)]
+            recordings = recordings.with_checks(tuple(filter(None, whole)))
+            if any(check is not None and check.severity == 'bad' for check in whole):
+                recordings.refuse_bad()
+                signals = _seen(recordings, model, robot, settings)
+        told = _told(signals)
+        own = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
+        own += [tone_above_band(signals, i) for i in told]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         result = cls(
             tuple(signals),
@@ -123,6 +127,18 @@ class Design:
         free = self.laboratory.settings.free_inertia
         untold = untold_inertia(self.laboratory, beside)
         return {name: check for name, check in untold.items() if name not in free}
+
+
+def _seen(
+    recordings: Recordings, model: RobotModelFile, robot: Robot, settings: DiagnosisSettings
+) -> list[Signals]:
+    """Return the signals of recordings with all that the model knows."""
+    return with_all_known(prepare(recordings.logs, model, robot, settings), model, settings)
+
+
+def _told(signals: Sequence[Signals]) -> list[int]:
+    """Return the joints whose effort is known."""
+    return [i for i in range(signals[0].robot.n) if i not in signals[0].silent]
 
 
 def _regression(

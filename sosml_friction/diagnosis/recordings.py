@@ -68,6 +68,11 @@ class Recordings:
         ]
         return replace(self, logs=tuple(log for log, _ in means), checks=(*self.checks, *told))
 
+    def with_checks(self, checks: Sequence[Check]) -> 'Recordings':
+        """Return them without what further checks found bad."""
+        logs = tuple(without_bad(log, checks) for log in self.logs)
+        return replace(self, logs=logs, checks=(*self.checks, *checks))
+
     def undone(self, late: Late, checks: Sequence[Check]) -> 'Recordings':
         """Return them with effort taken sooner by what it is late, which ``checks`` say."""
         logs = tuple(undone(late, log) for log in self.logs)

@@ -25,8 +25,8 @@ def swapped_joints(log: JointLog, robot: Robot, slopes: Slopes) -> str | None:
 
     The bodies of the URDF, an inertia and the simplest friction of a joint leave a share of an
     effort. Of two joints that are swapped both shares are less where the columns are exchanged,
-    by half in the geometric mean. Currents are swapped before each has a torque constant: then the
-    efforts are those of the other joint times r and 1 / r.
+    by half in the geometric mean, and neither is all of it. Currents are swapped before each has a
+    torque constant: then the efforts are those of the other joint times r and 1 / r.
     """
     moves = [i for i in range(robot.n) if np.ptp(np.nan_to_num(log.tau[:, i])) > 0.0]
     tau, sign = (_means(_means(x, slopes.half), slopes.half) for x in (log.tau, np.sign(slopes.v)))
@@ -72,7 +72,7 @@ def swapped_joints(log: JointLog, robot: Robot, slopes: Slopes) -> str | None:
             ('positions', left(i, j, other[:, i]), left(j, i, other[:, j])),
             ('columns', left(i, i, other[:, j]), left(j, j, other[:, i])),
         ):
-            if its < as_it_is[i] and others < as_it_is[j]:
+            if its < min(as_it_is[i], 1.0) and others < min(as_it_is[j], 1.0):
                 share = np.sqrt(its * others / (as_it_is[i] * as_it_is[j]))
                 found.append((share, what, i, j, its, others))
         (its, r), (others, s) = (
@@ -80,7 +80,7 @@ def swapped_joints(log: JointLog, robot: Robot, slopes: Slopes) -> str | None:
         )
         # As well as all else is known.
         inverse = r > 0.0 and WELL < r * s < 1.0 / WELL
-        if inverse and its < scaled[i] and others < scaled[j]:
+        if inverse and its < min(scaled[i], 1.0) and others < min(scaled[j], 1.0):
             share = np.sqrt(its * others / (scaled[i] * scaled[j]))
             found.append((share, 'currents', i, j, its, others))
     share, what, i, j, its, others = min(found, default=(np.inf, '', 0, 0, 0.0, 0.0))

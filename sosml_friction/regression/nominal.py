@@ -9,16 +9,14 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.finite_differences import first_derivative
+from sosml_friction.model.known_terms import KnownTerm
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.terms.effort_delay import effort_slope
+from sosml_friction.model.terms.effort_delay import HOLD, effort_slope
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.column_norms import ROUNDING, joints_acted_in
 from sosml_friction.regression.signals import Signals, Stated, bump, sign_state
 
-#: Share of a sampling interval by which effort may be off, it holds at its start, middle or end,
-#: and the instant at which friction turns around.
-_HOLD = 0.55
 #: After a reversal, friction builds up by a curve that the model does not know. Shares of Coulomb
 #: friction that may come sooner or later, and in another shape. Of nine answers of ``python -m
 #: validation.sensitivity --seed 1`` none changes where they are doubled, or the second is halved;
@@ -32,6 +30,9 @@ LATE = 'late'
 #: enough to show, and the column is nearly in proportion to it. Halved and doubled, no answer of
 #: ``python -m validation.sensitivity --seed 1`` changes.
 SOFTER, _WIDER = 'softer', 1.5
+#: The name of how a Stribeck term that the model states builds up: from at once to twice as far
+#: behind its level as the sign is.
+KNEE = 'knee'
 #: The name of how late effort of a joint is reported, within a sampling interval of the median
 #: length: in a longer one, in which a command was held for longer, it is as much later.
 EFFORT_HOLD = 'effort hold'
@@ -121,7 +122,8 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     z - s of states z that change over less and over more than the fitted displacement,
     s (1 - s^2), which is 0 before and after the build-up, and -s': how friction turns around at a
     reversal, and at which instant, is not known to a model of Coulomb friction, and no cause. Nor
-    is over which velocity exactly, where the sign is smooth in it.
+    is over which velocity exactly, where the sign is smooth in it, nor how a Stribeck term of the
+    model builds up there.
     """
     s = signals.sign[:, joint]
     late = -first_derivative(s, signals.band.step)
@@ -131,7 +133,21 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     columns = {**turns, 'shape': bump(s), LATE: late}
     if width > 0.0:
         columns[SOFTER] = sign_state(q, v, over, _WIDER * width) - s
+    behind = [_behind(signals, joint, each.known) for each in signals.stated]
+    if own := [column for column in behind if column is not None]:
+        columns[KNEE] = np.asarray(np.sum(own, axis=0) / signals.scales.level(joint))
     return columns
+
+
+def _behind(signals: Signals, joint: int, known: KnownTerm) -> FloatArray | None:
+    """Return what a term has more where it follows its level (N,), None of others."""
+    further = known.term.further(float(signals.scales.displacement[joint]))
+    if further is None or known.joint != joint:
+        return None
+    once = {name: value for name, value in known.inner.items() if name not in further[1]}
+    slow = {**once, **further[1]}
+    more, less = (known.term.columns(signals, joint, inner)[:, joint] for inner in (slow, once))
+    return np.asarray((more - less) @ known.amplitude)
 
 
 def make_nominal(
@@ -192,7 +208,7 @@ def make_nominal(
         bound.append(float(its_bound))
     for i, joint in told:
         for name in reversal_columns(signals, i):
-            share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step}.get(name, _SOONER)
+            share = {'shape': _SHAPE, LATE: HOLD * signals.band.step, KNEE: 1.0}.get(name, _SOONER)
             names.append(f'{joint} reversal {name}')
             bound.append(share * signals.scales.level(i))
     stated = tuple(
@@ -205,7 +221,7 @@ def make_nominal(
         bound += (tolerance * each.size).tolist()
     for _, joint in told:
         names.append(f'{joint} {EFFORT_HOLD}')
-        bound.append(_HOLD * signals.band.step)
+        bound.append(HOLD * signals.band.step)
     bounds = np.array(bound)
     priors = bounds / SIGMAS
     return Nominal(tuple(names), bounds, priors, rigid, rigid_columns, silent, stated, recordings)

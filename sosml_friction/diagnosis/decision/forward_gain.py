@@ -23,7 +23,7 @@ from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.model.terms.presliding_hysteresis import PreslidingHysteresis
 from sosml_friction.regression.chance import BEYOND_CHANCE
 from sosml_friction.regression.noise_model import ORDER
-from sosml_friction.regression.nominal import EFFORT_HOLD, LATE, SOFTER, TURNS
+from sosml_friction.regression.nominal import EFFORT_HOLD, KNEE, LATE, SOFTER, TURNS
 from sosml_friction.regression.placed import with_amplitudes
 from sosml_friction.regression.report_slopes import ReportSlopes
 from sosml_friction.regression.signals import Signals, bump
@@ -162,7 +162,7 @@ class ForwardGain:
             elif i >= 0 and what.startswith('reversal '):
                 turn = what.removeprefix('reversal ')
                 # It would need the state of the future; left out with the causes and without.
-                if turn not in (LATE, SOFTER):
+                if turn not in (LATE, SOFTER, KNEE):
                     terms.append(
                         reversal_term(robot, i, turn, float(value), float(displacement[i]))
                     )

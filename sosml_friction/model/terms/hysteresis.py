@@ -14,10 +14,11 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
 
-#: The least x_s in units of ``sign_limit``: as far as presliding friction is tried. Begun where
-#: friction builds up instead, it is named for friction that lags in time, in 2 of 2 trials of
-#: ``python -m validation.mujoco_campaign --seeds 1 --seed 20261330 --nulls 0 --outside 2``.
-_SHORTEST = 20.0
+#: The least x_s as a share of the range, and not less than ``sign_limit``, which the data resolve.
+#: Begun where friction builds up instead, it is named for friction that lags in time, in 2 of 2
+#: trials of ``python -m validation.mujoco_campaign --seeds 1 --seed 20261330 --nulls 0 --outside
+#: 2``.
+_SHORTEST = 0.008
 #: The largest x_s as a share of the range: through all of it z goes from -1 to 1 - 2 exp(-2), or
 #: 0.73. A spring that slips over more is hardly told from one that does not.
 _LONGEST = 0.5
@@ -63,8 +64,8 @@ class Hysteresis(DahlTerm):
         return {'displacement': self._range(signals, joint)}
 
     def _range(self, signals: Recording, joint: int) -> tuple[float, float]:
-        scales = signals.scales
-        return _SHORTEST * float(scales.sign_limit[joint]), _LONGEST * float(scales.span[joint])
+        span, least = (float(x[joint]) for x in (signals.scales.span, signals.scales.sign_limit))
+        return max(_SHORTEST * span, least), _LONGEST * span
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
