@@ -17,6 +17,7 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
 from sosml_friction.identification.even_stamps import EVEN, with_even_stamps
 from sosml_friction.identification.glitches import without_glitches
+from sosml_friction.identification.held_positions import without_held
 from sosml_friction.identification.joint_relations import WINDOW_S
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
 
@@ -70,6 +71,8 @@ class CleanSamples:
         log, incomplete = _whole_samples(log, findings)
         log = _without_repeated_samples(log, findings)
         log = _without_glitches(log, findings)
+        log, held = without_held(log)
+        findings += [DataFinding('held', name, LEFT_OUT, what) for name, what in held.items()]
         steps = np.diff(log.time)
         if len(steps) == 0 or log.time[-1] < SHORTEST_S:
             raise DataError(

@@ -13,35 +13,41 @@ from sosml_friction.observers.signal_noise import signal_noise, white_noise
 _CHANCE = 1e-3
 
 
+def step_speeds(time: FloatArray, q: FloatArray) -> tuple[FloatArray, float]:
+    """
+    Return the speed of each step (N - 1,) between known positions, and the highest a joint has.
+
+    That is v + sqrt(2) sigma z / T, v the highest speed that it has in one direction over two
+    steps, T the period, sigma the white noise of a position, at least a count, and z the normal
+    quantile that noise exceeds in one of N samples with the chance of a thousandth.
+
+    :param time: stamps (N,) [s].
+    :param q: positions (N,) [rad or m].
+    """
+    steps = np.diff(time)
+    if not (steps > 0.0).any():
+        return np.zeros(len(steps)), np.inf
+    period = float(np.median(steps[steps > 0.0]))
+    # Over a hole a joint goes far; a stamp that is late makes no speed.
+    speed = np.diff(q) / np.maximum(steps, period)
+    slower = np.minimum(np.abs(speed[1:]), np.abs(speed[:-1]))
+    top = float(np.max(slower, where=speed[1:] * speed[:-1] > 0.0, initial=0.0))
+    noise = max(white_noise(q), signal_noise(q)[0])
+    return speed, top + np.sqrt(2.0) * noise * float(norm.isf(0.5 * _CHANCE / len(q))) / period
+
+
 def glitches(time: FloatArray, q: FloatArray) -> BoolArray:
     """
-    Return which positions (N,) of a joint are none.
-
-    The joint would go there and back at once, each faster than
-
-        v + sqrt(2) sigma z / T,
-
-    v the highest speed that it has in one direction over two steps, T the period, sigma the white
-    noise of a position, at least a count, and z the normal quantile that noise exceeds in one of N
-    samples with the chance of a thousandth.
+    Return which positions (N,) of a joint are none: it would go there and back at once, too fast.
 
     :param time: stamps (N,) [s].
     :param q: positions (N,) [rad or m], NaN where not known.
     """
     found = np.zeros(len(q), dtype=bool)
     rows = np.flatnonzero(np.isfinite(q))
-    steps = np.diff(time[rows])
-    if not (steps > 0.0).any():
-        return found
-    period = float(np.median(steps[steps > 0.0]))
-    # Over a hole a joint goes far; a stamp that is late makes no speed.
-    speed = np.diff(q[rows]) / np.maximum(steps, period)
+    speed, limit = step_speeds(time[rows], q[rows])
     slower = np.minimum(np.abs(speed[1:]), np.abs(speed[:-1]))
-    way = np.sign(speed[1:]) * np.sign(speed[:-1])
-    top = float(np.max(slower, where=way > 0.0, initial=0.0))
-    noise = max(white_noise(q[rows]), signal_noise(q[rows])[0])
-    limit = top + np.sqrt(2.0) * noise * float(norm.isf(0.5 * _CHANCE / len(rows))) / period
-    found[rows[1:-1]] = (way < 0.0) & (slower > limit)
+    found[rows[1:-1]] = (speed[1:] * speed[:-1] < 0.0) & (slower > limit)
     return found
 
 

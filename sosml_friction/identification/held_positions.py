@@ -1,0 +1,52 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Positions that an encoder goes on reporting while its joint moves."""
+
+import numpy as np
+
+from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.glitches import step_speeds
+from sosml_friction.regression.kernels import runs
+
+#: Fewest positions in a row that are the same. Fewer are samples that were lost, which leave less
+#: of a hole than is bridged. Chosen, no measurement.
+_FEWEST = 5
+
+
+def held_positions(time: FloatArray, q: FloatArray) -> BoolArray:
+    """
+    Return which positions (N,) of a joint repeat an older one: then it leaps, too fast.
+
+    A joint that rests leaves its place as fast as it can at most, as of
+    :func:`~sosml_friction.identification.glitches.step_speeds`.
+
+    :param time: stamps (N,) [s].
+    :param q: positions (N,) [rad or m], NaN where not known.
+    """
+    found = np.zeros(len(q), dtype=bool)
+    rows = np.flatnonzero(np.isfinite(q))
+    speed, limit = step_speeds(time[rows], q[rows])
+    for begin, end in runs(speed == 0.0):
+        if end - begin + 1 >= _FEWEST and end < len(speed) and abs(speed[end]) > limit:
+            found[rows[begin + 1 : end + 1]] = True
+    return found
+
+
+def without_held(log: JointLog) -> tuple[JointLog, dict[str, str]]:
+    """Return the samples without positions that are held, and what is said of them by joint."""
+    bad = np.column_stack([held_positions(log.time, q) for q in log.q.T])
+    told = {}
+    for name, q, own in zip(log.names, log.q.T, bad.T, strict=True):
+        if own.any():
+            parts = runs(own)
+            begin, end = max(parts, key=lambda part: part[1] - part[0])
+            leap = max(abs(float(q[stop] - q[stop - 1])) for _, stop in parts)
+            told[name] = (
+                f'the position of joint {name} is held {len(parts)} time'
+                f'{"s" if len(parts) > 1 else ""} and then leaps, by up to {leap:.3g}, faster '
+                f'than it ever goes; the longest, of {log.time[end - 1] - log.time[begin]:.3g} s, '
+                f'begins at {log.time[begin]:.4g} s: these samples are left out; look at its '
+                'encoder and its cable'
+            )
+    return (log.rows(np.flatnonzero(~bad.any(axis=1))), told) if told else (log, told)
