@@ -27,7 +27,7 @@ from sosml_friction.diagnosis.large_delay import checks_of, is_large, large_dela
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
-from sosml_friction.diagnosis.recordings import Recordings
+from sosml_friction.diagnosis.recordings import Recordings, RecordingsError
 from sosml_friction.diagnosis.search import Search
 from sosml_friction.diagnosis.trust import check_trust
 from sosml_friction.diagnosis.unstated_friction import unstated_friction
@@ -126,7 +126,7 @@ def diagnose(
         return Diagnosis(
             verdict='bad_data',
             causes=(),
-            checks=recordings.checks,
+            checks=error.checks if isinstance(error, RecordingsError) else recordings.checks,
             names=robot.names,
             units=robot.effort_units,
             library_hash=library_hash(library),

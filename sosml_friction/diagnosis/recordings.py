@@ -16,6 +16,14 @@ from sosml_friction.identification.late_effort import Late, undone
 from sosml_friction.model.robot import Robot
 
 
+class RecordingsError(DataError):
+    """Recordings of which nothing is of use, with all ``checks`` of them."""
+
+    def __init__(self, sentence: str, checks: tuple[Check, ...]) -> None:
+        super().__init__(sentence)
+        self.checks = checks
+
+
 @dataclass(frozen=True)
 class Recordings:
     """Hold recordings of a robot's joints without what is bad of them, and their checks."""
@@ -49,14 +57,15 @@ class Recordings:
         """
         Refuse data that are of no use: all of them, or those of each joint.
 
-        :raises DataError: with the sentences of the checks that found them bad.
+        :raises RecordingsError: with the sentences of the checks that found them bad.
         """
         bad = [check for check in self.checks if check.severity == 'bad']
         for check in bad:
             if check.joint == '*':
-                raise DataError(check.sentence)
+                raise RecordingsError(check.sentence, self.checks)
         if all(np.isnan(log.tau).all() for log in self.logs):
-            raise DataError('; '.join(dict.fromkeys(check.sentence for check in bad)))
+            sentences = dict.fromkeys(check.sentence for check in bad)
+            raise RecordingsError('; '.join(sentences), self.checks)
 
     def in_means(self) -> 'Recordings':
         """Return them with long ones as means of blocks, which is told."""

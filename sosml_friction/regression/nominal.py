@@ -30,8 +30,8 @@ LATE = 'late'
 #: enough to show, and the column is nearly in proportion to it. Halved and doubled, no answer of
 #: ``python -m validation.sensitivity --seed 1`` changes.
 SOFTER, _WIDER = 'softer', 1.5
-#: The name of how a Stribeck term that the model states builds up: from at once to twice as far
-#: behind its level as the sign is.
+#: The name of how a Stribeck term that the model states builds up: from at once to three times as
+#: far behind its level as the sign is.
 KNEE = 'knee'
 #: The name of how late effort of a joint is reported, within a sampling interval of the median
 #: length: in a longer one, in which a command was held for longer, it is as much later.
@@ -208,7 +208,7 @@ def make_nominal(
         bound.append(float(its_bound))
     for i, joint in told:
         for name in reversal_columns(signals, i):
-            share = {'shape': _SHAPE, LATE: HOLD * signals.band.step, KNEE: 1.0}.get(name, _SOONER)
+            share = {'shape': _SHAPE, LATE: HOLD * signals.band.step, KNEE: 2.0}.get(name, _SOONER)
             names.append(f'{joint} reversal {name}')
             bound.append(share * signals.scales.level(i))
     stated = tuple(

@@ -66,6 +66,12 @@ def test_columns_in_their_places_are_not_swapped_whatever_the_model_gets_wrong(a
         assert told(replace(arm, tau=tau)) is None, what
 
 
+def test_an_exchange_that_leaves_more_than_all_of_an_effort_explains_nothing(arm):
+    """Of a position in degrees: 'exchanged, 160 and 97 % are left, and 210 and 550 % as it is'."""
+    degrees = arm.q * (1.0, 180.0 / np.pi)
+    assert told(replace(arm, q=degrees, v=np.gradient(degrees, 5e-3, axis=0))) is None
+
+
 def test_fit_and_diagnose_refuse_them_in_the_same_words(arm):
     log = replace(arm, tau=arm.tau[:, _OTHER])
     with pytest.raises(DataError, match='seem to be swapped') as refused:

@@ -254,6 +254,18 @@ class _Reader:
         reference = self.signal(value['reference'], f'{where}.reference', 'position')
         return ControllerSource(reference, gains)
 
+    def each_its_own(self, joints: Mapping[str, Mapping[str, Signal]]) -> None:
+        """Refuse one series for two joints, but for a temperature, which they may share."""
+        of: dict[tuple[str, Series], str] = {}
+        for joint, signals in joints.items():
+            for quantity, signal in signals.items():
+                other = of.setdefault((quantity, signal.series), joint)
+                if other != joint and quantity != 'temperature':
+                    raise self.error(
+                        f'joints.{joint}.{quantity}',
+                        f'is that of {other}, too: name the one of {joint}',
+                    )
+
     def file(self, value: Any, where: str) -> Path:
         path = self.path.parent / self.text(value, where)
         try:
@@ -352,6 +364,7 @@ def parse_mapping(content: Any, path: Path) -> ImportMapping:
                 f'has both {angular[0]} and {linear[0]}: a joint either turns (rad, Nm) or slides '
                 '(m, N)',
             )
+    read.each_its_own(joints)
     found |= {key: read.file(content[key], key) for key in ('urdf', 'model') if key in content}
     if tags := content.get('tags'):
         found['tags'] = {key: str(x) for key, x in read.table(tags, 'tags').items()}

@@ -44,7 +44,8 @@ def curve_floor(rows: float, tried: int = 1) -> float:
 
 def share_beside(energy: float, named: float) -> float:
     """Return the share of an energy in what it and the causes explain."""
-    return energy / max(named + energy, 1e-300)
+    # Causes that a fit without penalty needs less than not at all explain nothing.
+    return energy / (max(named, 0.0) + energy) if energy > 0.0 else 0.0
 
 
 @dataclass(frozen=True)

@@ -534,6 +534,15 @@ FAULTS = [
         'effort has both column and row',
     ),
     ({'joints/shoulder/position': None}, 'joints.shoulder has no position'),
+    (
+        {
+            'joints/elbow': {
+                'position': {'variable': 'c', 'unit': 'rad'},
+                'effort': {'variable': 'tau', 'unit': 'Nm'},
+            }
+        },
+        'joints.shoulder.effort is that of elbow, too: name the one of shoulder',
+    ),
     ({'joints': None}, 'the mapping has no joints'),
     ({'joints': []}, r'joints is \[\]: a mapping'),
     ({'joints': {1: {}}}, 'joints has the key 1: put it in quotes'),
