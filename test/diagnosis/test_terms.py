@@ -55,8 +55,8 @@ SIZES = {
 }
 #: Share of an effect's error that its term may leave. Most leave less than 0.1 %: terms that are
 #: not linear, and columns of first order, leave what is of second order in their size. Columns of
-#: a gear and of an encoder leave out how inertia and C q' change with the displacement.
-SHARES = {'joint_elasticity': 0.08, 'backlash': 0.06, 'encoder_eccentricity': 0.08,
+#: a gear leave out how inertia and C q' change with the displacement, that of an encoder friction.
+SHARES = {'joint_elasticity': 0.08, 'backlash': 0.06, 'encoder_eccentricity': 0.05,
           'effort_delay': 0.04}  # fmt: skip
 SHARE = 0.01
 #: Friction turns around so slowly [rad] that samples of 2 ms see it turn.

@@ -132,15 +132,16 @@ def test_friction_that_builds_up_does_so_over_more_than_the_sign():
     assert (found[1:] / found[:-1]).max() < 1.7
 
 
-def test_a_hysteresis_begins_where_presliding_ends_and_turns_around_within_the_range():
+def test_a_hysteresis_begins_at_a_share_of_the_range_and_turns_around_within_it():
     found = values('hysteresis', 'displacement', span=2.0)
-    assert found[[0, -1]] == pytest.approx([0.02, 1.0])
-    assert found[0] == values('presliding_hysteresis', 'displacement')[-1]
-    assert np.diff(np.log(found)) == pytest.approx(np.full(19, np.log(50.0) / 19.0))
+    assert found[[0, -1]] == pytest.approx([0.016, 1.0])
+    assert np.diff(np.log(found)) == pytest.approx(np.full(19, np.log(62.5) / 19.0))
     term = TERMS['hysteresis']()
-    assert term.inner_bounds(recording(span=2.0), 0)['displacement'] == pytest.approx((0.02, 1.0))
-    # A joint that moves by less than 40 displacements of its sign is not asked.
-    assert [term.applies(recording(span=x), 0) for x in (0.039, 0.041)] == [False, True]
+    bounds = [term.inner_bounds(recording(span=x), 0)['displacement'] for x in (2.0, 0.05)]
+    # Not below what the data resolve.
+    assert bounds == [pytest.approx((0.016, 1.0)), pytest.approx((1e-3, 0.025))]
+    # A joint that moves by less than two displacements of its sign is not asked.
+    assert [term.applies(recording(span=x), 0) for x in (1.9e-3, 2.1e-3)] == [False, True]
 
 
 def test_slip_of_several_blocks_is_tried_by_factors_of_two():

@@ -8,10 +8,13 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.terms.kinds.moved_body import STEP, mass_and_slope
+from sosml_friction.model.terms.kinds.moved_body import STEP
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
+
+#: Rows of which the effort is computed at a time: a few MB. A size of memory, not of the answer.
+_ROWS = 4096
 
 
 class EncoderTerm(Term):
@@ -23,9 +26,10 @@ class EncoderTerm(Term):
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """
-        Return the effort of a body that is where the encoder does not say.
+        Return the effort of a body and a rotor that are where the encoder does not say.
 
-        The error's second derivative is e'' q'^2 + e' q''.
+        The error's derivatives in time are e' q' and e'' q'^2 + e' q''; the effort is that of the
+        nominal with them less that without, to the first order in e.
         """
         q = signals.q[:, joint]
         before, at, after = (
@@ -33,14 +37,32 @@ class EncoderTerm(Term):
         )
         slope, bend = (after - before) / (2.0 * STEP), (after - 2.0 * at + before) / STEP**2
         v, a = signals.v[:, joint, None, None], signals.a[:, joint, None, None]
-        mass, gravity = (x[:, :, joint, None] for x in mass_and_slope(signals))
-        return np.asarray(mass * (bend * v**2 + slope * a) + gravity * at)
+        moved = np.stack([at, slope * v, bend * v**2 + slope * a])[:, :, 0]
+        return _more_effort(signals, joint, moved)
 
     def simulated(
         self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
     ) -> SimulatedTerm:
         """Return the encoder."""
         return _SimulatedEncoder(self, joint, inner, amplitude)
+
+
+def _more_effort(signals: Recording, joint: int, moved: FloatArray) -> FloatArray:
+    """Return the effort (N, n, k) that a joint's changes of q, q' and q'', (3, N, k), take."""
+    robot = signals.robot
+    bodies = robot.inertial_parameters().ravel()
+    rotor = robot.armature[joint] * np.eye(robot.n)[joint]
+    result = np.empty((len(signals.q), robot.n, moved.shape[2]))
+    for first in range(0, len(result), _ROWS):
+        rows = slice(first, first + _ROWS)
+        own = signals.regressor[rows] @ bodies
+        for k in range(result.shape[2]):
+            state = [x[rows].copy() for x in (signals.q, signals.v, signals.a)]
+            for x, change in zip(state, moved[:, rows, k], strict=True):
+                x[:, joint] += STEP * change
+            more = (robot.torque_regressors(*state) @ bodies - own) / STEP
+            result[rows, :, k] = more + rotor * moved[2, rows, k, None]
+    return result
 
 
 class _SimulatedEncoder(SimulatedTerm):
