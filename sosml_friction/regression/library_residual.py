@@ -31,6 +31,9 @@ _STEPS = 4096
 #: How often what the library takes of noise is put back. Where it takes the share h, the power
 #: that is missing is h^(k + 1) after k rounds: of 0.4 it is 3 %.
 _FILLED = 3
+#: The largest share of the known rows that a whole library may take of the joint in which it takes
+#: least: 6 % of its noise are missing then. Of more, what is left looks like a structure.
+MOST_TAKEN = 0.5
 #: Draws of each round. Of a minute's noise below 1 Hz, which the library may take as a whole, the
 #: power of one draw is off by 13 %, sqrt(2 / 120) of chi-squared, and of eight by 5 %.
 _DRAWS = 8

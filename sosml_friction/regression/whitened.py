@@ -29,6 +29,7 @@ from sosml_friction.regression.evidence import (
     make_blocks,
 )
 from sosml_friction.regression.library_residual import (
+    MOST_TAKEN,
     LibraryResidual,
     library_residual,
 )
@@ -92,14 +93,18 @@ class WhitenedRegression:
             rows = rows.only(kept)
         y, standstill = whitening.apply(rows.residual), whitening.standstill
         known = np.full(y.shape[1], float(len(y))) if standstill is None else standstill.known()
-        found = round(float(known.max()))
-        if found < FEWEST * settings.blocks:
+        taken = np.array([fit.act.sum() for fit in left[0].fits])
+        i = int(np.argmax(known / np.maximum(taken, 1)))
+        found, needed = round(float(known[i])), FEWEST * settings.blocks
+        if kept is None:
+            needed = max(needed, round(taken[i] / MOST_TAKEN))
+        if found < needed:
             # A short recording is short by itself.
             rests = f' ({len(y)} samples, but the joints rest in the others)' * (found < len(y))
             raise DataError(
                 f'{found} samples of a motion are in the band of {signals[0].band.cutoff:.3g} Hz, '
-                f'which noise and rate leave{rests}, and {FEWEST * settings.blocks} are needed: '
-                'record more motion, or at a higher rate'
+                f'which noise and rate leave{rests}, and {needed} are needed: record more motion, '
+                'without holes, or at a higher rate'
             )
         blocks = make_blocks(len(y), settings.blocks, settings.folds)
         nominal = rows.nominal
