@@ -11,12 +11,15 @@ from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.known_terms import KnownTerm
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.terms.effort_delay import HOLD, effort_slope
+from sosml_friction.model.terms.effort_delay import effort_slope
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.column_norms import ROUNDING, joints_acted_in
 from sosml_friction.regression.signals import Signals, Stated, bump, sign_state
 
+#: Share of a sampling interval by which effort may be off, it holds at its start, middle or end,
+#: and the instant at which friction turns around.
+_HOLD = 0.55
 #: After a reversal, friction builds up by a curve that the model does not know. Shares of Coulomb
 #: friction that may come sooner or later, and in another shape. Of nine answers of ``python -m
 #: validation.sensitivity --seed 1`` none changes where they are doubled, or the second is halved;
@@ -208,7 +211,9 @@ def make_nominal(
         bound.append(float(its_bound))
     for i, joint in told:
         for name in reversal_columns(signals, i):
-            share = {'shape': _SHAPE, LATE: HOLD * signals.band.step, KNEE: 2.0}.get(name, _SOONER)
+            share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step, KNEE: 2.0}.get(
+                name, _SOONER
+            )
             names.append(f'{joint} reversal {name}')
             bound.append(share * signals.scales.level(i))
     stated = tuple(
@@ -221,7 +226,7 @@ def make_nominal(
         bound += (tolerance * each.size).tolist()
     for _, joint in told:
         names.append(f'{joint} {EFFORT_HOLD}')
-        bound.append(HOLD * signals.band.step)
+        bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
     priors = bounds / SIGMAS
     return Nominal(tuple(names), bounds, priors, rigid, rigid_columns, silent, stated, recordings)

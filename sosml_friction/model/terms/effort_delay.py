@@ -9,15 +9,12 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.finite_differences import first_derivative
-from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
 
-#: Share of a sampling interval by which effort may be off: it holds at its start, middle or end.
-HOLD = 0.55
 #: Largest delay [s]: a loop with a longer one would be seen to be late. Chosen, no measurement.
 LARGEST_S = 0.05
 
@@ -56,11 +53,6 @@ class EffortDelay(Term):
         acts = np.arange(robot.n) == joint
         late.delay = np.where(acts | self.of_robot, amplitude[0], 0.0)
         return late
-
-    def tolerated(self, fit: Fitted, tolerance: float) -> bool:
-        """Tell whether the delay may be within a sampling interval, which no model tells."""
-        least = abs(float(fit.amplitude[0])) - Z_95 * float(fit.error[0])
-        return least < HOLD * fit.signals.band.step
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
