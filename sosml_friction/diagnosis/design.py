@@ -6,8 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.data_checks import Check, rest_left_out, velocity_lag
-from sosml_friction.diagnosis.recordings import Recordings
+from sosml_friction.diagnosis.data_checks import (
+    Check,
+    rest_left_out,
+    velocity_lag,
+    without_bad,
+)
+from sosml_friction.diagnosis.recordings import Recordings, RecordingsError
 from sosml_friction.diagnosis.tone_above_band import tone_above_band
 from sosml_friction.diagnosis.trust import trusting
 from sosml_friction.diagnosis.untold_inertia import UNTOLD, untold_inertia, untold_joints
@@ -52,12 +57,14 @@ class Design:
     """
     Hold the regression of recordings on a model and a library of terms.
 
-    ``signals``: the stretches as they were recorded; those of ``laboratory`` may be without rests.
-    ``checks``: those of the recordings, and of what the regression shows of them. ``others``: the
-    signals of a recording that is left out, in the same band; None for none. ``of_the_model``:
-    inertia is the model's even where the effort contradicts it.
+    ``recordings``: without what is bad of them. ``signals``: the stretches as they were recorded;
+    those of ``laboratory`` may be without rests. ``checks``: those of the recordings, and of what
+    the regression shows of them. ``others``: the signals of a recording that is left out, in the
+    same band; None for none. ``of_the_model``: inertia is the model's even where the effort
+    contradicts it.
     """
 
+    recordings: Recordings
     signals: tuple[Signals, ...]
     library: Mapping[str, Term]
     laboratory: WhitenedRegression
@@ -86,13 +93,16 @@ class Design:
         told = _told(signals)
         own = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
         own += [tone_above_band(signals, i) for i in told]
-        others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
-        result = cls(
-            tuple(signals),
-            library,
-            _regression(signals, library, settings, step),
-            (*recordings.checks, *filter(None, own)),
-        )
+        others = None
+        if holdout is not None:
+            holdout = without_bad(holdout, recordings.checks)
+            others = _prepared(holdout, model, signals[0], settings)
+        try:
+            laboratory = _regression(signals, library, settings, step)
+        except DataError as error:
+            raise RecordingsError(str(error), recordings.checks) from error
+        checks = (*recordings.checks, *filter(None, own))
+        result = cls(recordings, tuple(signals), library, laboratory, checks)
         if untold := untold_inertia(result.laboratory):
             result = result.with_free_inertia(untold, step)
         if result.laboratory.without_rests:

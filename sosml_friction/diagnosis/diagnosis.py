@@ -137,12 +137,15 @@ def diagnose(
     if not unknown and not is_large(found.causes, design):
         return found
     # What leaves something unknown beside it may only look like that.
-    late = large_delay(design, recordings, model, step)
+    late = large_delay(design, design.recordings, model, step)
     if late:
-        recordings = recordings.undone(late, checks_of(late, robot.names))
+        recordings = design.recordings.undone(late, checks_of(late, robot.names))
         library = {name: term for name, term in library.items() if name != EffortDelay.identifier}
         holdout = holdout and undone(late, holdout)
-        design = Design.make(recordings, model, robot, holdout, library, settings, step)
+        try:
+            design = Design.make(recordings, model, robot, holdout, library, settings, step)
+        except DataError:
+            return found
         beside = _searched(design, model, keep_all, without, step)
         return found if beside.verdict == 'unknown_structure' else beside
     if not unknown:

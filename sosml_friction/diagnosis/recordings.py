@@ -78,9 +78,11 @@ class Recordings:
         return replace(self, logs=tuple(log for log, _ in means), checks=(*self.checks, *told))
 
     def with_checks(self, checks: Sequence[Check]) -> 'Recordings':
-        """Return them without what further checks found bad."""
+        """Return them without what other checks found bad, which say it anew of a joint."""
         logs = tuple(without_bad(log, checks) for log in self.logs)
-        return replace(self, logs=logs, checks=(*self.checks, *checks))
+        anew = {(check.kind, check.joint) for check in checks}
+        others = (own for own in self.checks if (own.kind, own.joint) not in anew)
+        return replace(self, logs=logs, checks=(*others, *checks))
 
     def undone(self, late: Late, checks: Sequence[Check]) -> 'Recordings':
         """Return them with effort taken sooner by what it is late, which ``checks`` say."""

@@ -12,14 +12,18 @@ from sosml_friction.regression.kernels import runs
 #: Fewest positions in a row that are the same. Fewer are samples that were lost, which leave less
 #: of a hole than is bridged. Chosen, no measurement.
 _FEWEST = 5
+#: Most times that a position is held. A joint that is held more often sticks, and slips faster
+#: than it ever moves. Chosen, no measurement.
+_MOST = 5
 
 
 def held_positions(time: FloatArray, q: FloatArray) -> BoolArray:
     """
     Return which positions (N,) of a joint repeat an older one: then it leaps, too fast.
 
-    A joint that rests leaves its place as fast as it can at most, as of
-    :func:`~sosml_friction.identification.glitches.step_speeds`.
+    It is farther then than it ever goes in a step, as of
+    :func:`~sosml_friction.identification.glitches.step_speeds`. Few times only: a joint that
+    sticks and slips does so as well.
 
     :param time: stamps (N,) [s].
     :param q: positions (N,) [rad or m], NaN where not known.
@@ -27,9 +31,13 @@ def held_positions(time: FloatArray, q: FloatArray) -> BoolArray:
     found = np.zeros(len(q), dtype=bool)
     rows = np.flatnonzero(np.isfinite(q))
     speed, limit = step_speeds(time[rows], q[rows])
-    for begin, end in runs(speed == 0.0):
-        if end - begin + 1 >= _FEWEST and end < len(speed) and abs(speed[end]) > limit:
-            found[rows[begin + 1 : end + 1]] = True
+    held = [
+        (begin, end)
+        for begin, end in runs(speed == 0.0)
+        if end - begin + 1 >= _FEWEST and end < len(speed) and abs(speed[end]) > limit
+    ]
+    for begin, end in held if len(held) <= _MOST else ():
+        found[rows[begin + 1 : end + 1]] = True
     return found
 
 

@@ -33,9 +33,10 @@ LATE = 'late'
 #: enough to show, and the column is nearly in proportion to it. Halved and doubled, no answer of
 #: ``python -m validation.sensitivity --seed 1`` changes.
 SOFTER, _WIDER = 'softer', 1.5
-#: The name of how a Stribeck term that the model states builds up: from at once to three times as
-#: far behind its level as the sign is.
-KNEE = 'knee'
+#: The name of how a Stribeck term that the model states builds up after a reversal, and by how
+#: many times what it lacks where it follows its level as the sign does. Chosen: at the turns of a
+#: small hand with 12 bits it lacked 1.5 to 2.5 times as much.
+KNEE, _LAGS = 'knee', 2.0
 #: The name of how late effort of a joint is reported, within a sampling interval of the median
 #: length: in a longer one, in which a command was held for longer, it is as much later.
 EFFORT_HOLD = 'effort hold'
@@ -102,6 +103,8 @@ class Nominal:
         for column in np.moveaxis(result, 2, 0):
             others = np.setdiff1d(np.arange(n), joints_acted_in(column[:, :, None]))
             column[:, others] = 0.0
+        if k != len(self.names):
+            raise ValueError(f'{len(self.names)} deviations have {k} columns in these signals')
         return result
 
     def _shares(self, recording: int) -> list[float]:
@@ -211,7 +214,7 @@ def make_nominal(
         bound.append(float(its_bound))
     for i, joint in told:
         for name in reversal_columns(signals, i):
-            share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step, KNEE: 2.0}.get(
+            share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step, KNEE: _LAGS}.get(
                 name, _SOONER
             )
             names.append(f'{joint} reversal {name}')

@@ -93,11 +93,13 @@ class WhitenedRegression:
             rows = rows.only(kept)
         y, standstill = whitening.apply(rows.residual), whitening.standstill
         known = np.full(y.shape[1], float(len(y))) if standstill is None else standstill.known()
-        taken = np.array([fit.act.sum() for fit in left[0].fits])
-        i = int(np.argmax(known / np.maximum(taken, 1)))
-        found, needed = round(float(known[i])), FEWEST * settings.blocks
-        if kept is None:
-            needed = max(needed, round(taken[i] / MOST_TAKEN))
+        found, needed = round(float(known.max())), FEWEST * settings.blocks
+        if kept is None and found >= needed:
+            # A joint in which less than half as many candidates act as in another rests.
+            taken = np.array([float(fit.act.sum()) for fit in left[0].fits])
+            told = np.where(taken >= 0.5 * taken.max(), known, 0.0)
+            i = int(np.argmax(told / np.maximum(taken, 1.0)))
+            found, needed = round(float(known[i])), max(needed, round(taken[i] / MOST_TAKEN))
         if found < needed:
             # A short recording is short by itself.
             rests = f' ({len(y)} samples, but the joints rest in the others)' * (found < len(y))

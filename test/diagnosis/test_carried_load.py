@@ -129,6 +129,8 @@ def test_a_hold_that_is_proposed_has_no_friction_whatever_the_model_has(known_lo
     signals = prepare([recorded()], known_load, known_load.make_robot(), settings)
     (hold,) = conditions(tuple(with_known(signals, known_load)))['free_hanging_hold'].stretches
     np.testing.assert_array_equal(hold.signals.torque, np.zeros_like(hold.signals.q))
+    gear = TERMS['joint_elasticity']().columns(hold.signals, 0, {'stiffness': 100.0})
+    assert gear.shape == (*hold.signals.q.shape, 1)
 
 
 @pytest.mark.parametrize(('bias', 'is_possible'), [(np.nan, True), (0.0, False)])

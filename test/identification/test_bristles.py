@@ -10,9 +10,11 @@ import pytest
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.next_experiment.experiment import _planned
 from sosml_friction.identification.term_fit import TermFit, fit_terms
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
 from validation import bristles
 from validation.bristles import COULOMB, KNEE, MODEL, VISCOUS
 
@@ -116,3 +118,14 @@ def test_a_stribeck_term_that_is_there_at_once_does_not_follow():
     (stated,) = found.laboratory.signals[0].stated
     # Nor where over less than a step of position it makes no difference.
     assert stated.known.inner.get('follows', 0.0) < 1e-5
+
+
+def test_what_a_trajectory_would_show_has_the_columns_of_the_nominal():
+    """Stated terms have one, and how they build up: the columns behind were another's."""
+    laboratory = diagnose([log(1, 3e-4)], with_stribeck(STRIBECK)).laboratory
+    nominal, (signals,) = laboratory.nominal, laboratory.signals
+    plan = symmetric_reversals({'joint': 0.0}, {'joint': 0.0}, (0.1, 0.2))
+    columns = nominal.columns(_planned(signals, plan))
+    assert columns.shape[2] == len(nominal.names)
+    with pytest.raises(ValueError, match='deviations have'):
+        nominal.columns(replace(signals, stated=()))

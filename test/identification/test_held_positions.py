@@ -50,3 +50,12 @@ def test_a_joint_that_rests_moves_or_steps_holds_nothing(q):
 def test_a_coarse_encoder_holds_nothing():
     q = np.rint(50.0 * np.sin(0.3 * TIME)) / 50.0
     assert not held_positions(TIME, q).any()
+
+
+def test_a_joint_that_sticks_and_slips_holds_nothing():
+    """Slips of 5 to 30 mrad in two samples, each after it stuck for 0.4 s."""
+    rng = np.random.default_rng(2)
+    slips = np.zeros(3000)
+    slips[20::20], slips[21::20] = rng.uniform(2e-3, 2e-2, (2, 149))[:, :149]
+    q = COUNT * np.rint(np.cumsum(slips[:3000]) / COUNT)
+    assert not held_positions(TIME, q).any()

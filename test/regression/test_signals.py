@@ -10,6 +10,7 @@ import pytest
 import sosml_friction as sf
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.finite_differences import first_derivative
+from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
@@ -49,6 +50,16 @@ def test_the_bodies_of_the_residual_have_the_acceleration_as_it_is_measured(
         needed = robot.inverse_dynamics(smooth[k], v[k], a[k])
         expected = (s.tau - s.unexplained - s.friction)[k]
         assert expected == pytest.approx(needed, abs=1e-9)
+    # An encoder that is wrong by e moves all of them, to the first order in it.
+    (cosine, _) = np.moveaxis(TERMS['encoder_eccentricity']().columns(s, 1, {}), 2, 0)
+    for k in range(100, len(q) - 100, 800):
+        (c, n), v_1 = (np.cos(s.q[k, 1]), np.sin(s.q[k, 1])), s.v[k, 1]
+        moved = 1e-5 * np.array([c, -n * v_1, -c * v_1**2 - n * s.a[k, 1]])
+        state = [
+            x[k] + np.eye(len(names))[1] * e for x, e in zip((s.q, s.v, s.a), moved, strict=True)
+        ]
+        more = robot.inverse_dynamics(*state) - robot.inverse_dynamics(s.q[k], s.v[k], s.a[k])
+        assert cosine[k] == pytest.approx(more / 1e-5, rel=1e-3, abs=1e-3)
 
 
 def pendulum():

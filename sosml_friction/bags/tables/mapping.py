@@ -263,7 +263,8 @@ class _Reader:
                 if other != joint and quantity != 'temperature':
                     raise self.error(
                         f'joints.{joint}.{quantity}',
-                        f'is that of {other}, too: name the one of {joint}',
+                        f'is that of {other}, too: name the one of {joint}, or leave {joint} out '
+                        f'if it follows {other}',
                     )
 
     def file(self, value: Any, where: str) -> Path:

@@ -124,6 +124,7 @@ def _hold(signals: Signals) -> tuple[Stretch, ...]:
         by_load=nothing,
         more_load=nothing,
         shaken=nothing,
+        doubted=nothing,
         rough=nothing,
         held=1.0,
         regressor=np.tile(robot.torque_regressor(q, still, still), (count, 1, 1)),

@@ -219,5 +219,5 @@ def _planned(signals: Signals, trajectory: Trajectory) -> Signals:
     empty = np.zeros_like(q)
     log = JointLog(signals.robot.names, np.rint(t * 1e9).astype(np.int64), q, empty, empty)
     planned = make_signals(log, signals.robot, signals.scales, signals.band, 0.0)
-    planned = replace(planned, untold=signals.untold)
+    planned = replace(planned, untold=signals.untold, stated=signals.stated)
     return replace(planned, tau=planned.whole_torque)

@@ -15,7 +15,7 @@ from sosml_friction.model.terms.kinds.term import Inner
 
 
 class EncoderEccentricity(EncoderTerm):
-    """Add dtau/d(q, q', q'') of e = A cos q + B sin q: position is wrong once per turn."""
+    """Add tau(q + e) - tau(q), e = A cos q + B sin q: position is wrong once per turn."""
 
     identifier: ClassVar[str] = 'encoder_eccentricity'
     amplitudes: ClassVar[Mapping[str, str]] = {'cosine': 'rad', 'sine': 'rad'}

@@ -3,6 +3,7 @@
 """Terms of the encoder: the position is another than it says."""
 
 from abc import abstractmethod
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -58,11 +59,21 @@ def _more_effort(signals: Recording, joint: int, moved: FloatArray) -> FloatArra
         own = signals.regressor[rows] @ bodies
         for k in range(result.shape[2]):
             state = [x[rows].copy() for x in (signals.q, signals.v, signals.a)]
+            if robot.followers:
+                # Their bodies are not in the regressor, and rotors are in this.
+                own = _inverse_dynamics(robot, state)
             for x, change in zip(state, moved[:, rows, k], strict=True):
                 x[:, joint] += STEP * change
+            if robot.followers:
+                result[rows, :, k] = (_inverse_dynamics(robot, state) - own) / STEP
+                continue
             more = (robot.torque_regressors(*state) @ bodies - own) / STEP
             result[rows, :, k] = more + rotor * moved[2, rows, k, None]
     return result
+
+
+def _inverse_dynamics(robot: Robot, state: Sequence[FloatArray]) -> FloatArray:
+    return np.array([robot.inverse_dynamics(*each) for each in zip(*state, strict=True)])
 
 
 class _SimulatedEncoder(SimulatedTerm):

@@ -145,7 +145,7 @@ def transmission_column(
         # A resonance would amplify noise, and noise of position is in what is left of effort, too.
         rotors = np.diag(signals.robot.armature)
         doubt = np.broadcast_to(signals.doubted, signals.q.shape)
-        noise = np.linalg.solve(mass + rotors, doubt[:, :, None])[:, :, 0]
+        noise = _solved(mass + rotors, doubt)
         rotor = signals.robot.armature[joint] * (signals.a - noise)[:, joint]
         signals.cache[('load', joint)] = (signals.rigid - doubt)[:, joint] - rotor
     load = signals.cache[('load', joint)]
@@ -154,6 +154,15 @@ def transmission_column(
     substeps = max(1, int(np.ceil(_STEPS * frequency * signals.band.step)))
     d, a = deflection(load, inertia, stiffness, gap, signals.band.step, substeps)
     return np.asarray(mass[:, :, joint] * a[:, None] + slope[:, :, joint] * d[:, None])[:, :, None]
+
+
+def _solved(M: FloatArray, x: FloatArray) -> FloatArray:
+    """Return M^-1 x along a motion, (N, n); the least where a joint moves nothing."""
+    try:
+        result = np.linalg.solve(M, x[:, :, None])
+    except np.linalg.LinAlgError:
+        result = np.linalg.pinv(M, hermitian=True) @ x[:, :, None]
+    return np.asarray(result[:, :, 0])
 
 
 def resonances(signals: Recording, joint: int) -> FloatArray:
