@@ -54,6 +54,15 @@ class EffortDelay(Term):
         late.delay = np.where(acts | self.of_robot, amplitude[0], 0.0)
         return late
 
+    def tolerated(self, fit: Fitted, tolerance: float) -> bool:
+        """
+        Tell whether effort is early by less than a sampling interval, as of a held command.
+
+        From its stamp a command is computed, sent, and held to the next: it acts half an interval
+        later, and by what the computer takes, which no model tells.
+        """
+        return bool(-fit.signals.band.step < self.change(fit)[0] < 0.0)
+
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
         if abs(fit.amplitude[0]) > LARGEST_S:
