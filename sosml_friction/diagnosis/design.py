@@ -31,27 +31,6 @@ from sosml_friction.regression.whitened import WhitenedRegression
 Step = Callable[[str], None]
 
 
-def _seen(
-    recordings: Recordings, model: RobotModelFile, robot: Robot, settings: DiagnosisSettings
-) -> tuple[Recordings, list[Signals]]:
-    """
-    Return recordings without what their signals show to be bad, and these with all that is known.
-
-    :raises DataError: if there is too little of them, or nothing that is of use.
-    """
-    signals = with_all_known(prepare(recordings.logs, model, robot, settings), model, settings)
-    # Of a model that is itself no surer than that nothing is told.
-    if any(share >= LARGEST for share in settings.trust.values()):
-        return recordings, signals
-    found = (whole_effort(signals, i) for i in _told(signals))
-    whole = [check for check in found if check is not None]
-    checked = recordings.with_checks(whole)
-    if not any(check.severity == 'bad' for check in whole):
-        return checked, signals
-    checked.refuse_bad()
-    return _seen(checked, model, robot, settings)
-
-
 @dataclass(frozen=True)
 class Design:
     """
@@ -151,6 +130,27 @@ class Design:
         free = self.laboratory.settings.free_inertia
         untold = untold_inertia(self.laboratory, beside)
         return {name: check for name, check in untold.items() if name not in free}
+
+
+def _seen(
+    recordings: Recordings, model: RobotModelFile, robot: Robot, settings: DiagnosisSettings
+) -> tuple[Recordings, list[Signals]]:
+    """
+    Return recordings without what their signals show to be bad, and these with all that is known.
+
+    :raises DataError: if there is too little of them, or nothing that is of use.
+    """
+    signals = with_all_known(prepare(recordings.logs, model, robot, settings), model, settings)
+    # Of a model that is itself no surer than that nothing is told.
+    if any(share >= LARGEST for share in settings.trust.values()):
+        return recordings, signals
+    found = (whole_effort(signals, i) for i in _told(signals))
+    whole = [check for check in found if check is not None]
+    checked = recordings.with_checks(whole)
+    if not any(check.severity == 'bad' for check in whole):
+        return checked, signals
+    checked.refuse_bad()
+    return _seen(checked, model, robot, settings)
 
 
 def _told(signals: Sequence[Signals]) -> list[int]:

@@ -7,6 +7,7 @@ from scipy.stats import norm
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.marked_samples import without_marked
 from sosml_friction.observers.signal_noise import signal_noise, white_noise
 
 #: Chance that noise alone makes a glitch of one sample of a recording.
@@ -53,16 +54,14 @@ def glitches(time: FloatArray, q: FloatArray) -> BoolArray:
 
 def without_glitches(log: JointLog) -> tuple[JointLog, dict[str, str]]:
     """Return the samples without glitches of a position, and what is said of them by joint."""
-    bad = np.column_stack([glitches(log.time, q) for q in log.q.T])
-    told = {}
-    for name, q, own in zip(log.names, log.q.T, bad.T, strict=True):
-        if own.any():
-            at = np.flatnonzero(own)
-            others = np.flatnonzero(np.isfinite(q) & ~own)
-            off = float(np.max(np.abs(q[at] - np.interp(at, others, q[others]))))
-            told[name] = (
-                f'the position of joint {name} is off by up to {off:.3g} in {len(at)} single '
-                f'samples, first in number {at[0]}: it would go there and back faster than it '
-                'ever goes one way, so that they are left out; look at its encoder and its cable'
-            )
-    return (log.rows(np.flatnonzero(~bad.any(axis=1))), told) if told else (log, told)
+    return without_marked(log, glitches, _told)
+
+
+def _told(time: FloatArray, q: FloatArray, found: BoolArray) -> str:
+    at = np.flatnonzero(found)
+    others = np.flatnonzero(np.isfinite(q) & ~found)
+    off = float(np.max(np.abs(q[at] - np.interp(at, others, q[others]))))
+    return (
+        f'is off by up to {off:.3g} in {len(at)} single samples, first in number {at[0]}: it '
+        'would go there and back faster than it ever goes one way, so that they are left out'
+    )

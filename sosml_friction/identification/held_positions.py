@@ -7,6 +7,7 @@ import numpy as np
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.glitches import step_speeds
+from sosml_friction.identification.marked_samples import without_marked
 from sosml_friction.regression.kernels import runs
 
 #: Fewest positions in a row that are the same. Fewer are samples that were lost, which leave less
@@ -43,18 +44,16 @@ def held_positions(time: FloatArray, q: FloatArray) -> BoolArray:
 
 def without_held(log: JointLog) -> tuple[JointLog, dict[str, str]]:
     """Return the samples without positions that are held, and what is said of them by joint."""
-    bad = np.column_stack([held_positions(log.time, q) for q in log.q.T])
-    told = {}
-    for name, q, own in zip(log.names, log.q.T, bad.T, strict=True):
-        if own.any():
-            parts = runs(own)
-            begin, end = max(parts, key=lambda part: part[1] - part[0])
-            leap = max(abs(float(q[stop] - q[stop - 1])) for _, stop in parts)
-            told[name] = (
-                f'the position of joint {name} is held {len(parts)} time'
-                f'{"s" if len(parts) > 1 else ""} and then leaps, by up to {leap:.3g}, faster '
-                f'than it ever goes; the longest, of {log.time[end - 1] - log.time[begin]:.3g} s, '
-                f'begins at {log.time[begin]:.4g} s: these samples are left out; look at its '
-                'encoder and its cable'
-            )
-    return (log.rows(np.flatnonzero(~bad.any(axis=1))), told) if told else (log, told)
+    return without_marked(log, held_positions, _told)
+
+
+def _told(time: FloatArray, q: FloatArray, found: BoolArray) -> str:
+    parts = runs(found)
+    begin, end = max(parts, key=lambda part: part[1] - part[0])
+    leap = max(abs(float(q[stop] - q[stop - 1])) for _, stop in parts)
+    return (
+        f'is held {len(parts)} time{"s" if len(parts) > 1 else ""} and then leaps, by up to '
+        f'{leap:.3g}, faster than it ever goes; the longest, of '
+        f'{time[end - 1] - time[begin]:.3g} s, begins at {time[begin]:.4g} s: these samples are '
+        'left out'
+    )

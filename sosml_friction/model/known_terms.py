@@ -2,8 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The terms that a model lists beside its friction laws, with their numbers."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
@@ -11,6 +15,7 @@ from sosml_friction.model.joint_friction import JointFriction
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import (
     DATA_CAUSES,
@@ -39,6 +44,18 @@ class KnownTerm:
     inner: Inner
     amplitude: FloatArray
     names: tuple[str, ...] = ()
+
+    def following(self, displacement: float) -> KnownTerm | None:
+        """Return the term that follows its level over a displacement; None where none can."""
+        further = self.term.further(displacement)
+        return further and replace(self, inner={**self.inner, **further[1]})
+
+    def lacks(self, signals: Recording, other: KnownTerm) -> FloatArray:
+        """Return what the same term has more of effort (N, n) with other inner parameters."""
+        if self.inner == other.inner:
+            return np.zeros_like(signals.q)
+        after, before = (x.term.columns(signals, x.joint, x.inner) for x in (other, self))
+        return np.asarray((after - before) @ self.amplitude)
 
     def simulated(self, robot: Robot) -> SimulatedTerm:
         """Return how it enters the simulation."""

@@ -19,6 +19,9 @@ __all__ = ['JointLimits', 'Robot']
 
 _NOTHING = pinocchio.Inertia.Zero()
 
+#: Rows whose regressors are made at a time: a few MB. A size of memory, not of the answer.
+_ROWS = 4096
+
 
 class Robot:
     """
@@ -225,6 +228,20 @@ class Robot:
 
         q, v, a = (np.ascontiguousarray(x, dtype=float) for x in (q, v, a))
         return np.asarray(rigid_regressor(self.constants, self._order + 1, q, v, a))
+
+    def inverse_dynamics_along(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """Return :meth:`inverse_dynamics` along a motion (N, n), compiled without followers."""
+        result = np.empty(q.shape)
+        bodies, rotors = self.inertial_parameters().ravel(), np.array(self.armature)
+        for first in range(0, len(q), _ROWS):
+            rows = slice(first, first + _ROWS)
+            own = q[rows], v[rows], a[rows]
+            if self.followers:
+                # Their bodies are not in the regressor.
+                result[rows] = [self.inverse_dynamics(*x) for x in zip(*own, strict=True)]
+            else:
+                result[rows] = self.torque_regressors(*own) @ bodies + rotors * own[2]
+        return result
 
     def statics(
         self, q: FloatArray, gravity: FloatArray | None = None

@@ -57,7 +57,7 @@ def with_known(
     result = []
     for s, before in zip(at_once, signals, strict=True):
         known = s.known + sum(
-            (_behind(s, one, its) for one, its in zip(told, found_terms, strict=True)),
+            (one.lacks(s, its) for one, its in zip(told, found_terms, strict=True)),
             start=np.zeros_like(s.q),
         )
         more = replace(s, known=known, stated=stated, cache={})
@@ -75,13 +75,12 @@ def _as_it_follows(signals: Sequence[Signals], known: KnownTerm) -> KnownTerm:
     in neither.
     """
     i = known.joint
-    further = known.term.further(float(signals[0].scales.displacement[i]))
-    if further is None or i in signals[0].silent:
+    slow = known.following(float(signals[0].scales.displacement[i]))
+    if slow is None or i in signals[0].silent:
         return known
-    slow = replace(known, inner={**known.inner, **further[1]})
     rows = []
     for s in signals:
-        change, sign = _behind(s, known, slow)[:, i], s.sign[:, i]
+        change, sign = known.lacks(s, slow)[:, i], s.sign[:, i]
         beside = [s.regressor[:, i], s.a[:, i], s.v[:, i], sign, bump(sign), np.ones(len(sign))]
         columns = np.column_stack([change, s.unexplained[:, i], *beside])
         rows.append(s.in_band(columns[:, None], [i])[:, 0])
@@ -89,14 +88,6 @@ def _as_it_follows(signals: Sequence[Signals], known: KnownTerm) -> KnownTerm:
     Z = X[:, 2:] / np.maximum(np.linalg.norm(X[:, 2:], axis=0), 1e-300)
     e, r = (X[:, :2] - Z @ np.linalg.lstsq(Z, X[:, :2], rcond=1e-9)[0]).T
     return slow if float(e @ r) > 0.5 * float(e @ e) > 0.0 else known
-
-
-def _behind(signals: Signals, one: KnownTerm, other: KnownTerm) -> FloatArray:
-    """Return what a term has more of effort (N, n) with other inner parameters; 0 for the same."""
-    if one.inner == other.inner:
-        return np.zeros_like(signals.q)
-    after, before = (own.term.columns(signals, own.joint, own.inner) for own in (other, one))
-    return np.asarray((after - before) @ one.amplitude)
 
 
 def with_all_known(

@@ -3,7 +3,7 @@
 """The nominal model as columns: how far each of its parameters may be off without a cause."""
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.known_terms import KnownTerm
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_delay import effort_slope
+from sosml_friction.model.terms.kinds.fading_term import FOLLOWS
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.regression.chance import SIGMAS
 from sosml_friction.regression.column_norms import ROUNDING, joints_acted_in
@@ -34,8 +35,7 @@ LATE = 'late'
 #: ``python -m validation.sensitivity --seed 1`` changes.
 SOFTER, _WIDER = 'softer', 1.5
 #: The name of how a Stribeck term that the model states builds up after a reversal, and by how
-#: many times what it lacks where it follows its level as the sign does. Chosen: at the turns of a
-#: small hand with 12 bits it lacked 1.5 to 2.5 times as much.
+#: many times what it lacks where it follows its level as the sign does. Chosen, no measurement.
 KNEE, _LAGS = 'knee', 2.0
 #: The name of how late effort of a joint is reported, within a sampling interval of the median
 #: length: in a longer one, in which a command was held for longer, it is as much later.
@@ -147,13 +147,11 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
 
 def _behind(signals: Signals, joint: int, known: KnownTerm) -> FloatArray | None:
     """Return what a term has more where it follows its level (N,), None of others."""
-    further = known.term.further(float(signals.scales.displacement[joint]))
-    if further is None or known.joint != joint:
+    slow = known.following(float(signals.scales.displacement[joint]))
+    if slow is None or known.joint != joint:
         return None
-    once = {name: value for name, value in known.inner.items() if name not in further[1]}
-    slow = {**once, **further[1]}
-    more, less = (known.term.columns(signals, joint, inner)[:, joint] for inner in (slow, once))
-    return np.asarray((more - less) @ known.amplitude)
+    once = {name: value for name, value in known.inner.items() if name != FOLLOWS}
+    return replace(known, inner=once).lacks(signals, slow)[:, joint]
 
 
 def make_nominal(

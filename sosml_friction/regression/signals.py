@@ -371,17 +371,11 @@ def make_signals(
     steady, sure = steady_accelerations(a, per_scale, scale, band, sigmas)
     regressor = robot.torque_regressors(q, v, steady)
     bodies, rotors = robot.inertial_parameters().ravel(), np.array(robot.armature)
+    rigid = regressor @ bodies + rotors * steady
     if robot.followers:
         # Their bodies are not in the regressor.
-        rigid, whole, least = (
-            np.array([robot.inverse_dynamics(*x) for x in zip(q, v, each, strict=True)])
-            for each in (steady, a, sure)
-        )
-    else:
-        rigid = regressor @ bodies + rotors * steady
-        whole, least = (
-            robot.torque_regressors(q, v, each) @ bodies + rotors * each for each in (a, sure)
-        )
+        rigid = robot.inverse_dynamics_along(q, v, steady)
+    whole, least = (robot.inverse_dynamics_along(q, v, each) for each in (a, sure))
     friction = nominal_friction(v, sign, scales)
     silent = ~np.isfinite(stretch.tau).any(axis=0)
     return Signals(

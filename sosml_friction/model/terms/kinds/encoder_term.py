@@ -3,7 +3,6 @@
 """Terms of the encoder: the position is another than it says."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,9 +12,6 @@ from sosml_friction.model.terms.kinds.moved_body import STEP
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
-
-#: Rows of which the effort is computed at a time: a few MB. A size of memory, not of the answer.
-_ROWS = 4096
 
 
 class EncoderTerm(Term):
@@ -50,30 +46,15 @@ class EncoderTerm(Term):
 
 def _more_effort(signals: Recording, joint: int, moved: FloatArray) -> FloatArray:
     """Return the effort (N, n, k) that a joint's changes of q, q' and q'', (3, N, k), take."""
-    robot = signals.robot
-    bodies = robot.inertial_parameters().ravel()
-    rotor = robot.armature[joint] * np.eye(robot.n)[joint]
-    result = np.empty((len(signals.q), robot.n, moved.shape[2]))
-    for first in range(0, len(result), _ROWS):
-        rows = slice(first, first + _ROWS)
-        own = signals.regressor[rows] @ bodies
-        for k in range(result.shape[2]):
-            state = [x[rows].copy() for x in (signals.q, signals.v, signals.a)]
-            if robot.followers:
-                # Their bodies are not in the regressor, and rotors are in this.
-                own = _inverse_dynamics(robot, state)
-            for x, change in zip(state, moved[:, rows, k], strict=True):
-                x[:, joint] += STEP * change
-            if robot.followers:
-                result[rows, :, k] = (_inverse_dynamics(robot, state) - own) / STEP
-                continue
-            more = (robot.torque_regressors(*state) @ bodies - own) / STEP
-            result[rows, :, k] = more + rotor * moved[2, rows, k, None]
-    return result
-
-
-def _inverse_dynamics(robot: Robot, state: Sequence[FloatArray]) -> FloatArray:
-    return np.array([robot.inverse_dynamics(*each) for each in zip(*state, strict=True)])
+    state = signals.q, signals.v, signals.a
+    along, parts = signals.robot.inverse_dynamics_along, []
+    own = along(*state)
+    for changes in np.moveaxis(moved, 2, 0):
+        there = [x.copy() for x in state]
+        for x, change in zip(there, changes, strict=True):
+            x[:, joint] += STEP * change
+        parts.append((along(*there) - own) / STEP)
+    return np.stack(parts, axis=2)
 
 
 class _SimulatedEncoder(SimulatedTerm):
