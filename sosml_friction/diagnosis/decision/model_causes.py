@@ -107,6 +107,17 @@ def estimated(laboratory: WhitenedRegression, selection: Selection) -> Estimate:
     return estimate(laboratory, [finding.placed for finding in selection.accepted])
 
 
+def tolerated(laboratory: WhitenedRegression, selection: Selection) -> frozenset[tuple[str, int]]:
+    """Return which causes have a size that is expected of any model: no cause, but a refit."""
+    fits = estimated(laboratory, selection).fitted(laboratory)
+    share = scale_tolerance(laboratory)
+    return frozenset(
+        finding.key
+        for finding, fit in zip(selection.accepted, fits, strict=True)
+        if finding.effect.tolerated(fit, share)
+    )
+
+
 def _evidence(finding: Finding) -> dict[str, float | None]:
     return {
         'delta_bic': finding.delta_bic,

@@ -22,6 +22,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.model_causes import tolerated
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.extended_model.effort_error import HeldOut
@@ -83,11 +84,15 @@ def what_recurs(laboratory: WhitenedRegression, selection: Selection, folds: Hel
     """
     Take back the causes that may make the error of folds left out larger.
 
-    The one that recurs least is the first, as in :func:`what_carries_over`.
+    The one that recurs least is the first, as in :func:`what_carries_over`. What is within its
+    tolerance is a refit of the nominal model, which needs no such evidence.
     """
     while True:
         gains = cause_gains(laboratory, selection, folds)
-        doubted = {key: gain.recurs for key, gain in gains.items() if not gain.shown}
+        refits = tolerated(laboratory, selection)
+        doubted = {
+            key: gain.recurs for key, gain in gains.items() if not gain.shown and key not in refits
+        }
         if not doubted:
             return selection
         worst = min(doubted, key=lambda key: doubted[key].value)

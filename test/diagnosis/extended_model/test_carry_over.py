@@ -15,6 +15,7 @@ from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extended_model import carry_over
 from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
+from sosml_friction.model.terms.cogging import Cogging
 from sosml_friction.report.diagnosis.document import diagnosis_lines
 
 #: Periods of a screw of 20 mm [rad/m], and its size [N].
@@ -131,7 +132,8 @@ def test_what_acts_in_fast_motion_alone_is_there_beyond_chance():
     assert removed.std_error < 0.1 * removed.value
 
 
-def test_what_is_not_there_on_folds_left_out_is_taken_back(monkeypatch):
+@pytest.fixture
+def cogging_by_chance(monkeypatch):
     """Of an amplitude of 1.0 times a column that its folds do not have, 0.2 +- 0.19 recurs."""
     gains = carry_over.cause_gains
 
@@ -143,12 +145,26 @@ def test_what_is_not_there_on_folds_left_out_is_taken_back(monkeypatch):
         }
 
     monkeypatch.setattr(carry_over, 'cause_gains', chance)
+
+
+@pytest.mark.usefixtures('cogging_by_chance')
+def test_what_is_not_there_on_folds_left_out_is_taken_back():
     diagnosis = diagnose([screw(0)], MODEL, without=WITHOUT)
     assert set(named(diagnosis)) == {'asymmetric_friction'}
     assert diagnosis.selection.rejected.failed == (carry_over.NOT_RECURRING,)
     # The ripple is left, and what is left is judged anew without the cause.
     assert diagnosis.verdict == 'unknown_structure'
     assert diagnosis.selection.remainder.beyond_chance
+
+
+@pytest.mark.usefixtures('cogging_by_chance')
+def test_what_is_tolerated_is_a_refit_and_needs_not_recur(monkeypatch):
+    """As the half of an interval by which a held command acts later."""
+    monkeypatch.setattr(Cogging, 'tolerated', lambda self, fit, tolerance: True)
+    diagnosis = diagnose([screw(0)], MODEL, without=WITHOUT)
+    assert set(named(diagnosis)) == {'asymmetric_friction'}
+    assert [cause.effect for cause in diagnosis.tolerated] == ['cogging']
+    assert diagnosis.verdict == 'named'
 
 
 def test_a_cause_that_is_taken_back_does_not_hide_a_tone():
