@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full
 
 import sosml_friction as sf
 from sosml_friction.exceptions import DataError
@@ -43,8 +43,8 @@ def recorded(q, arm=ARM):
 @pytest.mark.parametrize(
     ('rotor', 'options'),
     [
-        (ROTOR, {}),
-        pytest.param(np.nan, {}, marks=only_full),
+        in_full(ROTOR, {}),
+        in_full(np.nan, {}),
         (ROTOR, {'refit_inertia': True, 'method': 'weak'}),
     ],
 )

@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full
 
 import sosml_friction as sf
 from sosml_friction.share import share_directory
 
 
-@pytest.mark.parametrize('first', [0, pytest.param(1, marks=only_full)])
+@pytest.mark.parametrize('first', [0, in_full(1)])
 def test_every_second_sample_has_the_friction_of_all(emps_log, first):
     """
     EMPS bends: a sign as smooth as is looked for, beside a huge Stribeck term, stood for that.

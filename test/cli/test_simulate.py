@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full
 from jsonschema import Draft202012Validator
 from known_robots import coulomb_viscous
 
@@ -121,7 +121,7 @@ def test_the_effects_of_the_model_take_part(recording):
         assert split.simulated[what] == pytest.approx(whole.simulated[what], abs=1e-9)
 
 
-@pytest.mark.parametrize('delay', [4e-3, pytest.param(-4e-3, marks=only_full)])
+@pytest.mark.parametrize('delay', [4e-3, in_full(-4e-3)])
 def test_an_effort_that_is_late_beside_position_is_late_in_the_simulated_report(recording, delay):
     bag = Bag.open(recording)
     log = bag.joint_log()

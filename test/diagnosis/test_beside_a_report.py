@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_runs import in_full
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.bags.joint_log import JointLog
@@ -49,7 +50,7 @@ def within(found: Diagnosis, effect: str, name: str, truth: float) -> bool:
     return low <= truth <= high
 
 
-@pytest.mark.parametrize(('seed', 'scale'), [(1, 0.75), (2, 1.3)])
+@pytest.mark.parametrize(('seed', 'scale'), [(1, 0.75), in_full(2, 1.3)])
 def test_a_spring_beside_a_wrong_torque_constant_has_the_stiffness_of_the_torque(seed, scale):
     """As reported it would be 25 % too soft, or 30 % too stiff."""
     model = arm_model()
@@ -76,7 +77,7 @@ def test_a_fit_of_both_says_the_same():
         assert p.interval[0] <= truth[name] <= p.interval[1]
 
 
-@pytest.mark.parametrize('scale', [0.75, 1.3])
+@pytest.mark.parametrize('scale', [in_full(0.75), 1.3])
 def test_a_coupling_from_a_joint_whose_report_is_wrong_has_its_torque(scale):
     """Of what is reported it would be a third too large, or a quarter too small."""
     found = diagnose([log(5, scale=scale, coupling=0.15)], arm_model())
@@ -104,7 +105,7 @@ def test_a_spring_beside_a_report_that_the_model_states_is_the_torques_too():
     assert within(found, 'spring', 'stiffness', SPRING)
 
 
-@pytest.mark.parametrize('seed', [3, 4])
+@pytest.mark.parametrize('seed', [3, in_full(4)])
 def test_a_coupling_passes_on_what_the_model_lacks_of_the_other_torque(seed):
     """A third of the elbow's inertia is missing: c would be a fifth too large, with it or not."""
     found = diagnose([log(seed, inertia=0.06, coupling=0.15)], arm_model())

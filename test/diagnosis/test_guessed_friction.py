@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_runs import in_full
 from known_robots import (
     SLIDER_MASS,
     SLIDER_STEP,
@@ -93,7 +94,7 @@ def test_a_friction_that_is_not_trusted_is_refitted_and_no_cause():
     assert cause.effect == 'stribeck'
 
 
-@pytest.mark.parametrize('guess', [0.3, 3.0, None])
+@pytest.mark.parametrize('guess', [in_full(0.3), 3.0, in_full(None)])
 def test_a_coupling_is_of_the_whole_torque_however_wrong_the_friction_is(guess):
     """The elbow's effort is mostly friction: one made of the guess is wrong by as much."""
     t = 4e-3 * np.arange(10000)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full
 from known_robots import slider_model, slider_recording
 
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -19,7 +19,7 @@ from validation.motion import reference
 mujoco_plant = pytest.importorskip('validation.mujoco_plant')
 
 #: Drawn numbers: of a recording that showed it, and of one drawn afterwards.
-SEEDS = ([41, 5], pytest.param([43, 0], marks=only_full))
+SEEDS = ([41, 5], in_full([43, 0]))
 
 
 @pytest.mark.parametrize('seed', SEEDS)

@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full
 from known_robots import recording, slider_model
 from scipy.io import loadmat
 
@@ -132,7 +132,7 @@ def test_pulses_that_the_effort_lacks_are_pushes(emps_nominal, pulses_record):
     assert cause.parameters['level'].value == pytest.approx(size, rel=0.05)
 
 
-@pytest.mark.parametrize('armature', [3e-5, pytest.param(2.5e-4, marks=only_full)])
+@pytest.mark.parametrize('armature', [3e-5, in_full(2.5e-4)])
 def test_odrive_cogging_is_named_with_its_harmonics_for_any_armature(data_directory, armature):
     time, counts, current = np.load(data_directory / 'odrive_cogging/slow2_nocomp_0.npy')
     q = counts[:, None] / 8192.0 * 2.0 * np.pi

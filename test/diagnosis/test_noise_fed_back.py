@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full
 from known_robots import coulomb_viscous, recording
 
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -58,7 +58,7 @@ def driven(seed: int, seconds: float = 60.0, step: float = 1e-3, parts: int = 4,
     return step * np.arange(0, count, rows), measured[::rows], effort[::rows]
 
 
-@pytest.mark.parametrize('seed', [0, pytest.param(11, marks=only_full)])
+@pytest.mark.parametrize('seed', [0, in_full(11)])
 def test_effort_that_follows_the_noise_of_position_hides_nothing(seed):
     """It was a curve over acceleration, whose knots lay within what noise makes of it."""
     t, q, tau = driven(seed)

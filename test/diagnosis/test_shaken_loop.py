@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full
 
 import sosml_friction as sf
 from sosml_friction.bags.joint_log import JointLog
@@ -60,7 +60,7 @@ def model() -> sf.Model:
     )
 
 
-@pytest.mark.parametrize('hertz', [pytest.param(7.0, marks=only_full), 9.0])
+@pytest.mark.parametrize('hertz', [in_full(7.0), 9.0])
 def test_a_hum_that_moves_the_loop_is_told_and_called_no_cause(model, hertz):
     """The slide moves at the hum: inertia and delay together are the same line."""
     found = sf.diagnose(shaken(hertz, 12.0, 5), model)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from full_runs import in_full
 
 import sosml_friction as sf
 from sosml_friction.bags.joint_log import JointLog
@@ -54,7 +55,14 @@ def log(urdf: str, bodies: float, seed: int) -> JointLog:
     return JointLog(NAMES, np.rint(1e9 * t).astype(np.int64), q, np.full_like(q, np.nan), tau)
 
 
-@pytest.mark.parametrize('rpy', ['0 0 0', '-1.5708 0 0', '-1.571 0 0'])
+@pytest.mark.parametrize(
+    'rpy',
+    [
+        in_full('0 0 0'),
+        in_full('-1.5708 0 0'),
+        '-1.571 0 0',
+    ],
+)
 def test_the_tilt_that_is_felt_is_named_however_the_angles_of_the_urdf_are_rounded(rpy):
     """Bodies are 2 % heavier than stated: what the tilt is taken from is as unsure."""
     urdf = arm(rpy)

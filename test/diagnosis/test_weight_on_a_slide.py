@@ -8,6 +8,7 @@ import warnings
 
 import numpy as np
 import pytest
+from full_runs import in_full
 
 import sosml_friction as sf
 from sosml_friction.bags.joint_log import JointLog
@@ -60,7 +61,7 @@ def log(more: float, seed: int) -> JointLog:
     )
 
 
-@pytest.mark.parametrize('centre', ['0 0 0', '0.05 0 0.1'])
+@pytest.mark.parametrize('centre', [in_full('0 0 0'), '0.05 0 0.1'])
 @pytest.mark.parametrize('more', [1.5, -1.5])
 def test_another_mass_on_a_vertical_slide_is_named(more, centre):
     with warnings.catch_warnings():

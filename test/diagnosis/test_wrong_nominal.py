@@ -11,7 +11,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full, only_full
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -73,8 +73,8 @@ def test_a_wrong_nominal_is_named_as_such_and_not_as_friction(motion, fault, joi
         ('nothing', 'nothing_above_floor', None),
         ('spring', 'named', ('spring', 'elbow')),
         # While it moves a constant is friction that differs by direction as well.
-        pytest.param('bias', 'ambiguous', ('effort_bias', 'elbow'), marks=only_full),
-        pytest.param('friction by the next joint', 'unknown_structure', None, marks=only_full),
+        in_full('bias', 'ambiguous', ('effort_bias', 'elbow')),
+        in_full('friction by the next joint', 'unknown_structure', None),
     ],
 )
 def test_a_torque_constant_that_is_off_within_the_tolerance_is_refitted_and_no_cause(
@@ -132,7 +132,7 @@ def test_friction_by_the_speed_of_the_next_joint_is_not_called_coulomb(motion):
     'spec',
     [
         Spec('x', 'single', 7, 'spring', 0, scale=0.3),
-        pytest.param(Spec('x', 'twin', 1348869824, 'spring', 0, scale=SPRING), marks=only_full),
+        in_full(Spec('x', 'twin', 1348869824, 'spring', 0, scale=SPRING)),
     ],
 )
 def test_a_spring_that_gravity_may_make_up_for_is_not_called_a_bias_alone(spec):

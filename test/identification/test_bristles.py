@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from full_runs import in_full
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -36,7 +37,7 @@ def follows(fit: TermFit) -> float:
     return placed.inner.get('follows', 0.0)
 
 
-@pytest.mark.parametrize('seed', [1, 2])
+@pytest.mark.parametrize('seed', [1, in_full(2)])
 def test_s_and_v_s_are_those_of_the_bristles(seed):
     """With friction that is at its level at once, S is a fifth too small."""
     fit = fitted(log(seed, 1e-3))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from full_runs import in_full
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.bags.joint_log import JointLog
@@ -42,7 +43,9 @@ def late_by(model: RobotModelFile, samples: Sequence[float], seed: int = 0) -> J
 
 
 @pytest.mark.parametrize(
-    'samples', [(0.0, 0.0), (-0.4, 0.4), (0.0, 2.0)], ids=['in time', 'within', 'by samples']
+    'samples',
+    [in_full((0.0, 0.0)), (-0.4, 0.4), (0.0, 2.0)],
+    ids=['in time', 'within', 'by samples'],
 )
 def test_viscous_friction_is_right_whenever_efforts_of_joints_act(model, samples):
     found = analyse_log(late_by(model, samples), model)

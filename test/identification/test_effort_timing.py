@@ -8,7 +8,7 @@ import os
 
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full
 from known_robots import recording, sines
 from scipy.signal import lfilter
 
@@ -85,7 +85,7 @@ def test_efforts_that_are_repeated_feign_no_viscous_friction(lines):
     assert widths[1] < 0.1 * VISCOUS
 
 
-@pytest.mark.parametrize('late', [-0.5 * STEP, 0.0, 0.5 * STEP])
+@pytest.mark.parametrize('late', [-0.5 * STEP, in_full(0.0), 0.5 * STEP])
 @pytest.mark.parametrize('tolerance', [None, 0.0])
 def test_viscous_friction_is_right_whenever_effort_acts_between_samples(late, tolerance):
     """Also of bodies that are exact, as told."""
@@ -153,7 +153,7 @@ def test_a_hold_is_contradicted_by_more_than_steps_that_count_as_even_make_of_it
         (0.7 * STEP, False),
         (1.4 * STEP, True),
         *(
-            pytest.param(samples * STEP, together, marks=only_full)
+            in_full(samples * STEP, together)
             for samples, together in ((-1.4, False), (1.4, False), (3.2, False), (-3.2, True))
         ),
     ],
@@ -181,7 +181,7 @@ def test_effort_that_is_late_or_early_by_samples_feigns_no_viscous_friction(late
         assert not [f for f in one.data_checks.findings if f.check == 'effort_lag']
 
 
-@pytest.mark.parametrize('late', [pytest.param(0.013, marks=only_full), 0.031])
+@pytest.mark.parametrize('late', [in_full(0.013), 0.031])
 def test_by_how_much_effort_is_late_is_right_beside_a_rotor_that_nobody_stated(late):
     """
     As much inertia is the rotor's as the body's.
@@ -199,7 +199,7 @@ def test_by_how_much_effort_is_late_is_right_beside_a_rotor_that_nobody_stated(l
         assert p.std_error < 0.05 * true
 
 
-@pytest.mark.parametrize('seed', range(2))
+@pytest.mark.parametrize('seed', [0, in_full(1)])
 def test_effort_that_is_late_by_more_than_an_interval_is_seen_in_noisy_effort(seed):
     """
     Its 32 ms are told to 7 ms, which is less than the 10 ms between samples.
@@ -329,7 +329,7 @@ def rippling(seed, ripple=0.004, periods=42.0, knee=0.006):
 
 
 @pytest.mark.parametrize('seed', range(1, 2 + SEEDS))
-@pytest.mark.parametrize('periods', [42.0, pytest.param(84.0, marks=only_full)])
+@pytest.mark.parametrize('periods', [42.0, in_full(84.0)])
 def test_ripple_that_the_loop_answers_is_no_early_effort(seed, periods):
     """
     It made effort 2 to 4 ms early, and viscous friction up to 35 % too large.

@@ -8,7 +8,7 @@ import os
 
 import numpy as np
 import pytest
-from full_runs import only_full
+from full_runs import in_full
 from known_robots import recording, rigid_effort, sines
 from scipy.stats import binom
 
@@ -41,7 +41,7 @@ def fitted(stribeck, stribeck_velocity, seed):
     return found.fit.joints['joint'][REGRESSION].fit, found.model
 
 
-@pytest.mark.parametrize(('stribeck', 'stribeck_velocity'), [(0.5, 0.1), (0.2, 0.05)])
+@pytest.mark.parametrize(('stribeck', 'stribeck_velocity'), [in_full(0.5, 0.1), (0.2, 0.05)])
 def test_a_law_with_a_knee_stands_beside_friction_by_load(stribeck, stribeck_velocity):
     """The weak form, which has no load, makes C 0.80: all that a gear under load has."""
     law, model = fitted(stribeck, stribeck_velocity, 0)
@@ -79,7 +79,7 @@ def test_a_knee_is_there_by_what_it_explains_though_its_size_is_open(stribeck, s
     assert law.parameters['stribeck'].interval[0] > 0.2 * stribeck
 
 
-@pytest.mark.parametrize('stribeck', [0.2, pytest.param(0.0, marks=only_full)])
+@pytest.mark.parametrize('stribeck', [0.2, in_full(0.0)])
 def test_the_band_of_a_law_beside_load_holds_the_curve_as_often_as_it_says(stribeck):
     """
     The covariance of the regression is the law's, its size that of the errors that are said.
@@ -152,7 +152,7 @@ def test_a_knee_beside_load_and_cogging_is_judged_where_the_fit_is_best(seed):
         assert p.std_error < 0.015 * value, name
 
 
-@pytest.mark.parametrize('stated', [pytest.param('coulomb_viscous', marks=only_full), 'stribeck'])
+@pytest.mark.parametrize('stated', [in_full('coulomb_viscous'), 'stribeck'])
 def test_a_law_that_is_stated_is_fitted_beside_friction_by_load_too(stated):
     found = analyse_log(*plateaus(3), FitSettings(form=LawForm(stated)))
     fits = found.fit.joints['joint']

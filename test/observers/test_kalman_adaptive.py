@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from full_runs import in_full
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -85,7 +86,7 @@ def test_no_innovation_can_move_it_without_bound(innovations):
         assert abs(_correlation(e, means)) <= bound * (1.0 + 1e-9)
 
 
-@pytest.mark.parametrize('told', [0.25, 1.0, 4.0])
+@pytest.mark.parametrize('told', [0.25, in_full(1.0), 4.0])
 @pytest.mark.parametrize('true_rate', [0.5, 8.0])
 def test_it_finds_the_ratio_of_process_to_encoder_noise(triple_integrator, told, true_rate):
     """

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from full_runs import in_full
 
 from sosml_friction.observers.plausibility import Plausibility
 
@@ -44,7 +45,7 @@ def stream(rng, n, rate, count=700):
     return t_ns, q, v, tau
 
 
-@pytest.mark.parametrize('rate', [60.0, 250.0, 1000.0])
+@pytest.mark.parametrize('rate', [60.0, in_full(250.0), 1000.0])
 @pytest.mark.parametrize('uses_velocity', [True, False])
 def test_verdicts_are_those_of_the_close_look(two_joints, monkeypatch, rate, uses_velocity):
     rng = np.random.default_rng(int(rate) + uses_velocity)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from full_runs import in_full
 
 import sosml_friction as sf
 from sosml_friction.bags.joint_log import JointLog
@@ -35,7 +36,10 @@ def axis(speeds: list[float], reported: float, seed: int) -> JointLog:
     return JointLog(('slider',), np.round(1e9 * t).astype(np.int64), q, unknown, force[:, None])
 
 
-@pytest.mark.parametrize(('speeds', 'reported'), [([0.1, 0.05, 0.02], 1.1), ([0.2, 0.1], 0.9)])
+@pytest.mark.parametrize(
+    ('speeds', 'reported'),
+    [in_full([0.1, 0.05, 0.02], 1.1), ([0.2, 0.1], 0.9)],
+)
 def test_a_wrong_torque_constant_is_told_where_no_friction_is_stated(speeds, reported):
     """
     Friction is refitted as it is reported; a simulation by the torque has the torque's friction.
@@ -50,7 +54,7 @@ def test_a_wrong_torque_constant_is_told_where_no_friction_is_stated(speeds, rep
     assert named | rivals <= {'effort_scale', 'inertia'}
 
 
-@pytest.mark.parametrize('reported', [0.6, 1.1, 1.4])
+@pytest.mark.parametrize('reported', [in_full(0.6), in_full(1.1), 1.4])
 def test_the_friction_that_is_refitted_beside_a_wrong_report_is_that_of_the_torque(reported):
     """Two percent: what the mass may be off by, as the report is told from it alone."""
     model = sf.Model.read(share_directory() / 'config' / 'emps')

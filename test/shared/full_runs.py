@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import pytest
 
@@ -12,6 +13,11 @@ import pytest
 FULL = 'SOSML_FRICTION_SEEDS' in os.environ
 #: Marks a case that is one more of what the suite has another one of.
 only_full = pytest.mark.skipif(not FULL, reason='make validate has it (SOSML_FRICTION_SEEDS)')
+
+
+def in_full(*values: Any, **options: Any) -> Any:
+    """Return a case of a parametrised test that only the full runs have."""
+    return pytest.param(*values, marks=only_full, **options)
 
 
 def often(full: int) -> int:

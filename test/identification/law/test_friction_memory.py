@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from full_runs import in_full
 
 from sosml_friction.identification.law.friction_memory import followed
 from sosml_friction.identification.law.law_rows import LawRows
@@ -73,7 +74,7 @@ def held(fit):
     return sum(low < TRUTH[name] < high for name, (low, high) in ends.items())
 
 
-@pytest.mark.parametrize('seed', [1, 2])
+@pytest.mark.parametrize('seed', [1, in_full(2)])
 def test_a_knee_that_is_crossed_within_the_distance_is_told(seed):
     """The distance is 0.25 mrad; v_s is crossed within some 0.5 mrad."""
     at_once, following = rows(3500.0, seed)

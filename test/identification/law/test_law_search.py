@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from fitted_law import TRUTH, fit_law
-from full_runs import FULL, often, only_full
+from full_runs import FULL, in_full, often
 from scipy.stats import binom
 
 from sosml_friction.exceptions import DataError
@@ -144,7 +144,7 @@ def test_another_exponent_is_found_by_chance_as_seldom_as_its_test_says(stribeck
     assert found <= binom.ppf(0.95, SETS, 0.05)
 
 
-@pytest.mark.parametrize('alpha', [pytest.param(0.7, marks=only_full), 1.5, 2.0])
+@pytest.mark.parametrize('alpha', [in_full(0.7), 1.5, 2.0])
 def test_the_exponent_is_found_where_the_data_reach_below_the_knee(alpha):
     truth = {**TRUTH, 'exponent': alpha}
     fits = []

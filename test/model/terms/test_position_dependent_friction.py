@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from full_runs import in_full
 from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
 
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -15,7 +16,7 @@ from sosml_friction.model.terms.position_dependent_friction import PositionDepen
 from sosml_friction.regression.settings import DiagnosisSettings
 
 
-@pytest.mark.parametrize('periods', [0.8, 1.25, 2.7])
+@pytest.mark.parametrize('periods', [0.8, in_full(1.25), 2.7])
 def test_friction_over_a_linear_axis_is_found_whatever_its_period(periods):
     """Nothing else makes up for it: multiples of half a period in the range make any course."""
     t = np.arange(0.0, 40.0, 4e-3)
