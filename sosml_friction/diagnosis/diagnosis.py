@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import Check
@@ -147,7 +149,8 @@ def diagnose(
         except DataError:
             return found
         beside = _searched(design, model, keep_all, without, step)
-        return found if beside.verdict == 'unknown_structure' else beside
+        known = beside.verdict != 'unknown_structure'
+        return beside if known or _left(beside) < _left(found) else found
     if not unknown:
         return found
     laws = nominal_friction(design.laboratory)
@@ -176,6 +179,11 @@ def _searched(
     known = design.with_the_models_inertia(step)
     beside = _found(known, model, keep_all, without, step, all_friction)
     return beside if _gear_explains_more(beside, found, untold) else found
+
+
+def _left(found: Diagnosis) -> float:
+    """Return what is left of the effort, the squares of all joints' shares together."""
+    return np.inf if found.gain is None else float(np.nansum(found.gain.relative_after**2))
 
 
 def _gear_explains_more(beside: Diagnosis, found: Diagnosis, untold: Sequence[int]) -> bool:

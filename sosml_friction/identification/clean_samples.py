@@ -18,6 +18,7 @@ from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFindi
 from sosml_friction.identification.even_stamps import EVEN, with_even_stamps
 from sosml_friction.identification.glitches import without_glitches
 from sosml_friction.identification.held_positions import without_held
+from sosml_friction.identification.lost_zero import LOST_ZERO, without_lost_zero
 from sosml_friction.identification.joint_relations import WINDOW_S
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
 
@@ -73,6 +74,8 @@ class CleanSamples:
         log = _without_glitches(log, findings)
         log, held = without_held(log)
         findings += [DataFinding('held', name, LEFT_OUT, what) for name, what in held.items()]
+        log, zeros = without_lost_zero(log)
+        findings += [DataFinding(LOST_ZERO, name, LEFT_OUT, what) for name, what in zeros.items()]
         steps = np.diff(log.time)
         if len(steps) == 0 or log.time[-1] < SHORTEST_S:
             raise DataError(
