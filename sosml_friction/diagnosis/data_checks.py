@@ -50,6 +50,7 @@ _KINDS = {
     'constant_effort': ('effort', 'bad'),
     'effort_unit': ('effort', 'bad'),
     'lost_sign': ('effort', 'bad'),
+    'exchanged': ('effort', 'bad'),
     'dissipation': ('effort', 'bad'),
     'saturation': ('effort', 'bad'),
 }

@@ -54,6 +54,10 @@ _IMPOSSIBLE = 3.0
 ZERO = 'position_zero'
 #: A velocity this many times the slope of position is another one.
 _OTHER_VELOCITY = 1.2
+#: Most of an effort that is left beside the slope of position where it is a velocity: viscous
+#: friction alone makes such an effort, and leaves more for Coulomb friction and inertia. Chosen,
+#: no measurement.
+_IS_VELOCITY = 0.1
 #: The misfit of a hypothesis that is to refuse a joint is at most this share of that of the data
 #: as they are. Chosen, no measurement.
 FAR = 1.0 / 3.0
@@ -200,6 +204,8 @@ def _check_joint(
     refusal = _refusal(robot, i, q, tau, found, effort, _fewest_runs(v, usable))
     if not refusal and (misfits := lost_sign(log, robot, i, slopes, usable)):
         refusal = _without_sign(name, *misfits)
+    if not refusal and velocity is not None and velocity.misfit > 0.5:
+        refusal = _exchanged(name, velocity, velocity_relation(tau, slopes, i, usable))
     if refusal:
         check, sentence = refusal
         findings.append(DataFinding(check, name, REFUSED, sentence))
@@ -465,6 +471,20 @@ def _told(robot: Robot, i: int, effort: EffortRelation, drives: bool) -> list[Da
             )
         found.append(DataFinding(check, name, WARNING, what))
     return found
+
+
+def _exchanged(
+    name: str, velocity: VelocityRelation, effort: VelocityRelation | None
+) -> tuple[str, str] | None:
+    """Return why effort is the velocity and the reverse, None where it is not."""
+    if effort is None or effort.misfit > _IS_VELOCITY:
+        return None
+    return (
+        'exchanged',
+        f'the effort of joint {name} is the slope of its position but for '
+        f'{_percent(effort.misfit)}, and its velocity is not, which leaves '
+        f'{_percent(velocity.misfit)}: exchange the columns of both',
+    )
 
 
 def _velocity(

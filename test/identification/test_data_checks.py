@@ -339,6 +339,14 @@ def test_a_velocity_that_is_another_one_is_named_and_the_slope_used(good, robot,
     assert np.median(np.abs(log.v - good.v)[moving]) < 1e-3
 
 
+def test_a_velocity_and_an_effort_that_are_exchanged_refuse_their_joint(good, robot):
+    v, tau = good.v.copy(), good.tau.copy()
+    v[:, 1], tau[:, 1] = good.tau[:, 1], good.v[:, 1]
+    _, checks = check_data(replace(good, v=v, tau=tau), robot)
+    assert set(checks.refused) == {'elbow'}
+    assert 'exchange the columns of both' in checks.refused['elbow']
+
+
 def test_a_velocity_within_a_fifth_of_the_slope_is_as_it_is(good, robot):
     log, checks = check_data(replace(good, v=1.15 * good.v), robot)
     assert checks.findings == ()
