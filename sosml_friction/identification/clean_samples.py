@@ -18,8 +18,8 @@ from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFindi
 from sosml_friction.identification.even_stamps import EVEN, with_even_stamps
 from sosml_friction.identification.glitches import without_glitches
 from sosml_friction.identification.held_positions import without_held
-from sosml_friction.identification.lost_zero import LOST_ZERO, without_lost_zero
 from sosml_friction.identification.joint_relations import WINDOW_S
+from sosml_friction.identification.lost_zero import LOST_ZERO, without_lost_zero
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
 
 #: Six windows of steady motion, the fewest a law is fitted to, take at least this long [s].
