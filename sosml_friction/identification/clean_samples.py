@@ -21,6 +21,7 @@ from sosml_friction.identification.held_positions import without_held
 from sosml_friction.identification.joint_relations import WINDOW_S
 from sosml_friction.identification.lost_zero import LOST_ZERO, without_lost_zero
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
+from sosml_friction.identification.zero_efforts import without_zero_efforts
 
 #: Six windows of steady motion, the fewest a law is fitted to, take at least this long [s].
 SHORTEST_S = 2.0
@@ -67,6 +68,8 @@ class CleanSamples:
         log, repeated_stamps = _without_repeats(log, findings)
         # Before anything is interpolated beside a glitch, and where it was repeated.
         log = _without_glitches(log, findings)
+        log, zeros = without_zero_efforts(log)
+        findings += [DataFinding('zero_effort', x, LEFT_OUT, what) for x, what in zeros.items()]
         log, found = with_new_values(log)
         findings += found
         log, incomplete = _whole_samples(log, findings)
@@ -74,8 +77,8 @@ class CleanSamples:
         log = _without_glitches(log, findings)
         log, held = without_held(log)
         findings += [DataFinding('held', name, LEFT_OUT, what) for name, what in held.items()]
-        log, zeros = without_lost_zero(log)
-        findings += [DataFinding(LOST_ZERO, name, LEFT_OUT, what) for name, what in zeros.items()]
+        log, leaps = without_lost_zero(log)
+        findings += [DataFinding(LOST_ZERO, name, LEFT_OUT, what) for name, what in leaps.items()]
         steps = np.diff(log.time)
         if len(steps) == 0 or log.time[-1] < SHORTEST_S:
             raise DataError(

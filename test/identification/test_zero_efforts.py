@@ -1,0 +1,47 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Efforts of exactly 0 amid others that are far from it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from known_robots import recording
+
+from sosml_friction.identification.clean_samples import CleanSamples
+from sosml_friction.identification.data_finding import LEFT_OUT
+from sosml_friction.identification.zero_efforts import zero_efforts
+
+TIME = 0.01 * np.arange(2000)
+
+
+def effort(count=0.0, noise=0.02):
+    """Return friction and inertia of 1 Nm and more, with noise, in counts."""
+    tau = np.sign(np.cos(TIME)) + np.sin(TIME)
+    tau += noise * np.random.default_rng(3).standard_normal(len(TIME))
+    return count * np.rint(tau / count) if count else tau
+
+
+@pytest.mark.parametrize('length', [1, 4])
+def test_readings_that_were_lost_are_left_out_and_told(length):
+    tau, at = effort(), [300, 700, 900]
+    for k in at:
+        assert abs(tau[k]) > 0.3
+        tau[k : k + length] = 0.0
+    assert zero_efforts(tau).sum() == 3 * length
+    clean = CleanSamples.of(recording(('j',), TIME, np.sin(TIME)[:, None], tau[:, None]))
+    (said,) = (f for f in clean.findings if f.check == 'zero_effort')
+    assert said.level == LEFT_OUT
+    assert f'in {3 * length} samples' in said.sentence
+    assert np.nanmin(np.abs(clean.log.tau[[300, 700, 900], 0])) > 0.3
+
+
+@pytest.mark.parametrize('count', [0.0, 0.05, 0.5])
+def test_efforts_that_pass_through_0_are_as_they_are(count):
+    assert not zero_efforts(effort(count)).any()
+
+
+def test_a_drive_that_is_off_is_no_lost_reading():
+    tau = effort()
+    tau[500:600] = 0.0
+    assert not zero_efforts(tau).any()
