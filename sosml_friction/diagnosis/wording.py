@@ -238,7 +238,26 @@ def _outside(causes: Sequence[Cause]) -> str:
 
 
 def _told(causes: Sequence[Cause], names: Sequence[str]) -> str:
-    return '; '.join(_with_rivals(cause, names) for cause in causes)
+    """Return causes in words; one fault of the data in several joints is told once."""
+    alike: dict[object, list[Cause]] = {}
+    for k, cause in enumerate(causes):
+        together = cause.is_fault and cause.size_known and 'episodes' not in cause.parameters
+        alike.setdefault(cause.effect if together else k, []).append(cause)
+    return '; '.join(
+        _with_rivals(same[0], names) if len(same) == 1 else _in_joints(same)
+        for same in alike.values()
+    )
+
+
+def _in_joints(same: Sequence[Cause]) -> str:
+    """Return a fault of several joints in words, with the range of the number it begins with."""
+    name, p = next(iter(same[0].parameters.items()))
+    values = [cause.parameters[name].value for cause in same]
+    where = ', '.join(cause.joint for cause in same)
+    return (
+        f'{where}: {words(same[0].effect)} ({words(name.removesuffix(f"_{p.unit}"))} '
+        f'{min(values):.4g} to {max(values):.4g} {p.unit})'
+    )
 
 
 def _with_rivals(cause: Cause, names: Sequence[str]) -> str:

@@ -64,6 +64,18 @@ def test_contacts_are_told_in_plain_words():
     assert said(7.0).endswith('101.00 s, ...)')
 
 
+def test_one_fault_of_several_joints_is_told_once():
+    selection = Selection(None, None, remainder=Remainder((), np.zeros(2)))
+    late = [
+        Cause(
+            'velocity_lag', joint, {'lag_s': Parameter(lag, 's'), 'scale': Parameter(1.0, '1')}, {}
+        )
+        for joint, lag in (('a', 0.0192), ('b', 0.0201))
+    ]
+    told = sentence_of('named', late, unmoved(), selection, ('a', 'b'), ('Nm', 'Nm'))
+    assert told.startswith('Named, of the data: a, b: velocity lag (lag 0.0192 to 0.0201 s). ')
+
+
 def test_a_set_is_led_by_what_is_shown_and_nothing_unfelt_is_told():
     def size(value, error):
         return Parameter.estimated(value, 'N', error, 1.96)
@@ -239,7 +251,7 @@ def test_a_gear_that_gives_is_told_once():
 
 
 def test_what_only_an_impossible_cause_explains_is_not_explained():
-    """Friction turns around over 40 um; of a fifth over 0.5 mm no curve away from there tells."""
+    """Friction turns around over 40 um, and a part over 0.5 mm, of three times it if any."""
 
     def found(share):
         def sign(q, v):
@@ -247,7 +259,10 @@ def test_what_only_an_impossible_cause_explains_is_not_explained():
 
         return diagnose([slider_recording(sign=sign)], slider_model())
 
-    missing = found(0.2)
+    a_part = found(0.2)
+    assert a_part.verdict == 'named'
+    assert [cause.effect for cause in a_part.causes] == ['presliding_hysteresis']
+    missing = found(3.0)
     assert not missing.selection.remainder.beyond_chance
     assert missing.verdict == 'unknown_structure'
     assert 'It acts in slider beside reversals: only presliding hysteresis' in missing.sentence
