@@ -36,7 +36,7 @@ from sosml_friction.diagnosis.unstated_friction import unstated_friction
 from sosml_friction.diagnosis.untold_inertia import untold_joints
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.late_effort import undone
+from sosml_friction.identification.late_effort import Late, undone
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.terms.effort_delay import EffortDelay
@@ -150,7 +150,7 @@ def diagnose(
             return found
         beside = _searched(design, model, keep_all, without, step)
         known = beside.verdict != 'unknown_structure'
-        return beside if known or _left(beside) < _left(found) else found
+        return beside if known or _later_leaves_less(late, beside, found) else found
     if not unknown:
         return found
     laws = nominal_friction(design.laboratory)
@@ -181,9 +181,16 @@ def _searched(
     return beside if _gear_explains_more(beside, found, untold) else found
 
 
-def _left(found: Diagnosis) -> float:
-    """Return what is left of the effort, the squares of all joints' shares together."""
-    return np.inf if found.gain is None else float(np.nansum(found.gain.relative_after**2))
+def _later_leaves_less(late: Late, beside: Diagnosis, found: Diagnosis) -> bool:
+    """
+    Tell whether effort that is late leaves less once it is taken sooner.
+
+    One that is early is what a loop makes of a hum, or of noise, too.
+    """
+    if beside.gain is None or found.gain is None or any(x.delay_s < 0.0 for x in late.values()):
+        return False
+    left = (np.nansum(each.relative_after**2) for each in (beside.gain, found.gain))
+    return bool(next(left) < next(left))
 
 
 def _gear_explains_more(beside: Diagnosis, found: Diagnosis, untold: Sequence[int]) -> bool:

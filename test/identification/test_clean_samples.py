@@ -15,14 +15,10 @@ from sosml_friction.identification.clean_samples import CleanSamples
 
 @pytest.fixture(scope='module')
 def both():
-    """Return two joints, the second some time behind the first."""
+    """Return two joints, of which the second goes where the first does, from its end on."""
     log = slider_recording()
-    columns = {what: getattr(log, what)[:, 0] for what in ('q', 'v', 'tau')}
-    return JointLog(
-        ('a', 'b'),
-        log.t_ns,
-        *(np.column_stack([x, np.roll(x, len(x) // 2)]) for x in columns.values()),
-    )
+    columns = (getattr(log, what)[:, 0] for what in ('q', 'v', 'tau'))
+    return JointLog(('a', 'b'), log.t_ns, *(np.column_stack([x, x[::-1]]) for x in columns))
 
 
 def rows_of(log, rows, joint):

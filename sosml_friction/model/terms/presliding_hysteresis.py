@@ -15,10 +15,9 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
 
-#: Largest F as a share of Coulomb friction, of which any part may build up more slowly, as of
-#: Maxwell slip elements in parallel. It is more than all only where friction still grows as the
-#: joint moves on after a reversal, (C - F) / x_0 + F / x_s > 0.
-_MOST = 2.0
+#: F as a share of Coulomb friction; it is more only where friction still grows as the joint moves
+#: on after a reversal, (C - F) / x_0 + F / x_s > 0.
+_LEAST, _MOST = 0.4, 2.0
 
 
 class PreslidingHysteresis(DahlTerm):
@@ -73,6 +72,8 @@ class PreslidingHysteresis(DahlTerm):
         most = max(_MOST, 1.0 / (1.0 - x_0 / x_s)) if x_s > x_0 else np.inf
         if coulomb == 0.0:
             return 'the model has no Coulomb friction that builds up'
-        if np.isfinite(coulomb) and level >= most * coulomb:
-            return f'{level / coulomb:.2f} times Coulomb friction would build up'
+        if np.isfinite(coulomb) and not _LEAST * coulomb < level < most * coulomb:
+            return (
+                f'{level / coulomb:.2f} of Coulomb friction would build up, where all of it does'
+            )
         return ''

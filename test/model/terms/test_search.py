@@ -175,12 +175,13 @@ def test_build_up_over_what_the_sign_has_is_nothing(displacement, error, nothing
     ('level', 'displacement', 'coulomb', 'why'),
     [
         (0.0, 4e-3, 1.0, 'negative'),
-        (0.05, 4e-3, 1.0, ''),
+        (0.41, 4e-3, 1.0, ''),
+        (0.39, 4e-3, 1.0, 'where all of it does'),
         (1.99, 4e-3, 1.0, ''),
-        (2.01, 4e-3, 1.0, '2.01 times Coulomb friction would build up'),
+        (2.01, 4e-3, 1.0, '2.01 of Coulomb friction would build up'),
         # F (x_s - x_0) is what shows: 1 / (1 - x_0 / x_s) of C near the sign's own x_0.
         (4.9, 1.25e-3, 1.0, ''),
-        (5.1, 1.25e-3, 1.0, '5.10 times'),
+        (5.1, 1.25e-3, 1.0, 'where all of it does'),
         (50.0, 1e-3, 1.0, ''),
         (1.0, 4e-3, 0.0, 'no Coulomb friction'),
         (50.0, 4e-3, np.nan, ''),
