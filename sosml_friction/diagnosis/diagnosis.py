@@ -150,7 +150,7 @@ def diagnose(
             return found
         beside = _searched(design, model, keep_all, without, step)
         known = beside.verdict != 'unknown_structure'
-        return beside if known or _later_leaves_less(late, beside, found) else found
+        return beside if known or later_leaves_less(late, beside, found) else found
     if not unknown:
         return found
     laws = nominal_friction(design.laboratory)
@@ -181,7 +181,7 @@ def _searched(
     return beside if _gear_explains_more(beside, found, untold) else found
 
 
-def _later_leaves_less(late: Late, beside: Diagnosis, found: Diagnosis) -> bool:
+def later_leaves_less(late: Late, beside: Diagnosis, found: Diagnosis) -> bool:
     """
     Tell whether effort that is late leaves less once it is taken sooner.
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from known_robots import SLIDER_STEP, recording, slider_model, slider_recording
 
-from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.diagnosis import diagnose, later_leaves_less
 from sosml_friction.diagnosis.large_delay import checks_of, large_delay
 from sosml_friction.diagnosis.recordings import Recordings
 from sosml_friction.identification.body_comparison import BodyComparison
@@ -37,6 +37,19 @@ def test_a_delay_beyond_a_radian_of_the_band_is_named_with_its_size(model):
     assert delay.value == pytest.approx(3.0 * SLIDER_STEP, abs=0.5 * SLIDER_STEP)
     assert found.sentence.startswith('Named, of the data: all joints: effort delay')
     assert [check.kind for check in found.checks if 'taken' in check.sentence] == ['effort_delay']
+
+
+@pytest.mark.parametrize(
+    ('delay', 'left', 'taken'), [(6e-3, 1.8, True), (6e-3, 4.5, False), (-6e-3, 1.8, False)]
+)
+def test_beside_something_unknown_late_effort_is_taken_sooner_where_that_leaves_less(
+    delay, left, taken
+):
+    def leaves(percent):
+        return SimpleNamespace(gain=SimpleNamespace(relative_after=np.array([percent, np.nan])))
+
+    late = {'j': LateEffort(delay, 1e-5, 2e-3, round(delay / 2e-3))}
+    assert later_leaves_less(late, leaves(left), leaves(4.4)) is taken
 
 
 def test_a_recording_left_out_is_as_late(model):
