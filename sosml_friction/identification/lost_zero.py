@@ -6,6 +6,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.sampling import HOLE
 from sosml_friction.identification.glitches import step_speeds
 
 #: What a finding about it is called.
@@ -24,14 +25,17 @@ def leaps(time: FloatArray, q: FloatArray) -> IndexArray:
 
     It would be faster for one step than it ever is in one direction over two, as of
     :func:`~sosml_friction.identification.glitches.step_speeds`, and go on at its speed of before.
+    Across a hole a joint may have been moved.
 
     :param time: rising stamps (N,) [s].
     :param q: known positions (N,) [rad or m].
     """
     speed, limit = step_speeds(time, q)
-    changes = np.abs(np.diff(speed))
-    found = np.flatnonzero(np.abs(speed) > limit)
-    if not 0 < len(found) <= _MOST or len(changes) < 2:
+    changes, steps = np.abs(np.diff(speed)), np.diff(time)
+    if len(changes) < 2:
+        return np.array([], dtype=np.intp)
+    found = np.flatnonzero((np.abs(speed) > limit) & (steps < HOLE * np.median(steps)))
+    if not 0 < len(found) <= _MOST:
         return np.array([], dtype=np.intp)
     # Of the changes into a step and out of it the smaller is by the leap alone.
     beside = np.concatenate([[changes[0]], np.minimum(changes[1:], changes[:-1]), [changes[-1]]])
