@@ -189,8 +189,9 @@ def later_leaves_less(late: Late, beside: Diagnosis, found: Diagnosis) -> bool:
     """
     if beside.gain is None or found.gain is None or any(x.delay_s < 0.0 for x in late.values()):
         return False
-    left = (np.nansum(each.relative_after**2) for each in (beside.gain, found.gain))
-    return bool(next(left) < next(left))
+    after, before = beside.gain.relative_after, found.gain.relative_after
+    known = np.isfinite(after) & np.isfinite(before)
+    return bool(np.sum(after[known] ** 2) < np.sum(before[known] ** 2))
 
 
 def _gear_explains_more(beside: Diagnosis, found: Diagnosis, untold: Sequence[int]) -> bool:

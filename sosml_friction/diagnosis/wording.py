@@ -241,7 +241,7 @@ def _told(causes: Sequence[Cause], names: Sequence[str]) -> str:
     """Return causes in words; one fault of the data in several joints is told once."""
     alike: dict[object, list[Cause]] = {}
     for k, cause in enumerate(causes):
-        together = cause.is_fault and cause.size_known and 'episodes' not in cause.parameters
+        together = cause.is_fault and cause.joint != ALL_JOINTS
         alike.setdefault(cause.effect if together else k, []).append(cause)
     return '; '.join(
         _with_rivals(same[0], names) if len(same) == 1 else _in_joints(same)
@@ -251,13 +251,15 @@ def _told(causes: Sequence[Cause], names: Sequence[str]) -> str:
 
 def _in_joints(same: Sequence[Cause]) -> str:
     """Return a fault of several joints in words, with the range of the number it begins with."""
-    name, p = next(iter(same[0].parameters.items()))
-    values = [cause.parameters[name].value for cause in same]
-    where = ', '.join(cause.joint for cause in same)
-    return (
-        f'{where}: {words(same[0].effect)} ({words(name.removesuffix(f"_{p.unit}"))} '
-        f'{min(values):.4g} to {max(values):.4g} {p.unit})'
-    )
+    name = next(name for name in same[0].parameters if name not in _NOT_TOLD)
+    sizes = sorted((cause.parameters[name] for cause in same), key=lambda p: p.value)
+    number = size_text(sizes[0])
+    if sizes[-1].value > sizes[0].value:
+        number = f'{sizes[0].value:.4g} to {sizes[-1].value:.4g}'
+    unit = '' if sizes[0].unit == '1' else f' {sizes[0].unit}'
+    where = ', '.join(dict.fromkeys(cause.joint for cause in same))
+    what = words(name.removesuffix(f'_{sizes[0].unit}'))
+    return f'{where}: {words(same[0].effect)} ({what} {number}{unit})'
 
 
 def _with_rivals(cause: Cause, names: Sequence[str]) -> str:

@@ -81,10 +81,11 @@ class CleanSamples:
         findings += [DataFinding(LOST_ZERO, name, LEFT_OUT, what) for name, what in leaps.items()]
         steps = np.diff(log.time)
         if len(steps) == 0 or log.time[-1] < SHORTEST_S:
+            lost = ''.join(f'; {each.sentence}' for each in findings if each.level == LEFT_OUT)
             raise DataError(
                 f'the recording has {len(log)} usable samples over {log.time[-1]:.3g} s: friction '
                 'needs motion at several speeds in both directions; record a trajectory of at '
-                'least 10 s (sosml trajectory lists them)'
+                f'least 10 s (sosml trajectory lists them){lost}'
             )
         period = float(np.median(steps))
         if slow := too_slow(period):

@@ -205,7 +205,11 @@ def _check_joint(
     if not refusal and (misfits := lost_sign(log, robot, i, slopes, usable)):
         refusal = _without_sign(name, *misfits)
     if not refusal and velocity is not None and velocity.misfit > 0.5:
-        refusal = _exchanged(name, velocity, velocity_relation(tau, slopes, i, usable))
+        # A velocity without its sign is one.
+        signed = np.abs(log.v[:, i]) * np.sign(np.nan_to_num(v))
+        speed = velocity_relation(signed, slopes, i, moving)
+        if speed is None or speed.misfit > 0.5:
+            refusal = _exchanged(name, velocity, velocity_relation(tau, slopes, i, usable))
     if refusal:
         check, sentence = refusal
         findings.append(DataFinding(check, name, REFUSED, sentence))

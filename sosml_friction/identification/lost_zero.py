@@ -4,70 +4,99 @@
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import HOLE
 from sosml_friction.identification.glitches import step_speeds
 
 #: What a finding about it is called.
 LOST_ZERO = 'lost_zero'
-#: By how many times a leap is more than the largest other change from one step to the next. What
-#: knocks a joint makes it no faster than it ever goes; twice, as nothing else is near it. Chosen,
-#: no measurement.
-_MORE = 2.0
+#: Longest period of samples [s]. In less than a longer one a quick servo goes a small step.
+#: Chosen, no measurement.
+_LONGEST_S = 0.021
 #: Most leaps of a joint. One that leaps more often sticks and slips. Chosen, no measurement.
 _MOST = 5
+#: Samples to either side that say where a joint is before a leap and after it, beside the two next
+#: to it. A line through them is off by a half and less of a leap that no acceleration makes.
+_SIDE = 5
+#: Share of a leap by which what is said of it on both sides may be off.
+_OFF = 0.5
 
 
-def leaps(time: FloatArray, q: FloatArray) -> IndexArray:
+def leaps(time: FloatArray, q: FloatArray) -> dict[int, float]:
     """
-    Return the samples from which on a joint is elsewhere, as it never goes so far in a step.
+    Return by how far a joint is elsewhere from a sample on, as it never goes so far in a step.
 
     It would be faster for one step than it ever is in one direction over two, as of
-    :func:`~sosml_friction.identification.glitches.step_speeds`, and go on at its speed of before.
-    Across a hole a joint may have been moved.
+    :func:`~sosml_friction.identification.glitches.step_speeds`, and positions before it and after
+    it are on lines that are as far apart. Those beside a sample that came late, or that repeat an
+    older one, are not. Across a hole a joint may have been moved.
 
     :param time: rising stamps (N,) [s].
     :param q: known positions (N,) [rad or m].
     """
+    steps = np.diff(time)
+    if not len(steps) or np.median(steps) > _LONGEST_S:
+        return {}
     speed, limit = step_speeds(time, q)
-    changes, steps = np.abs(np.diff(speed)), np.diff(time)
-    if len(changes) < 2:
-        return np.array([], dtype=np.intp)
-    found = np.flatnonzero((np.abs(speed) > limit) & (steps < HOLE * np.median(steps)))
-    if not 0 < len(found) <= _MOST:
-        return np.array([], dtype=np.intp)
-    # Of the changes into a step and out of it the smaller is by the leap alone.
-    beside = np.concatenate([[changes[0]], np.minimum(changes[1:], changes[:-1]), [changes[-1]]])
-    others = np.ones(len(changes), dtype=bool)
-    others[np.clip(np.concatenate([found - 1, found]), 0, len(changes) - 1)] = False
-    largest = float(np.max(changes, where=others, initial=0.0))
-    return np.asarray(found[beside[found] > _MORE * largest] + 1)
+    fast = np.flatnonzero((np.abs(speed) > limit) & (steps < HOLE * np.median(steps))) + 1
+    if len(fast) > _MOST:
+        return {}
+    found = {int(k): _offset(time, q, int(k)) for k in fast}
+    return {
+        k: offset
+        for k, offset in found.items()
+        if abs(offset - (q[k] - q[k - 1])) < _OFF * abs(q[k] - q[k - 1])
+    }
+
+
+def _offset(time: FloatArray, q: FloatArray, k: int) -> float:
+    """Return how far lines before and after a step to sample k are apart there, NaN if open."""
+    sides = [np.arange(k - 1 - _SIDE, k - 1), np.arange(k + 1, k + 1 + _SIDE)]
+    if sides[0][0] < 1 or sides[1][-1] >= len(q):
+        return np.nan
+    # A position that repeats the one before may be an older one.
+    new = [rows[q[rows] != q[rows - 1]] for rows in sides]
+    both = [own if len(own) > 1 else rows for own, rows in zip(new, sides, strict=True)]
+    before, after = (np.polynomial.Polynomial.fit(time[rows], q[rows], 1) for rows in both)
+    at = 0.5 * (time[k - 1] + time[k])
+    return float(after(at) - before(at))
+
+
+def _elsewhere(found: dict[int, float], count: int) -> BoolArray:
+    """Return which of ``count`` samples have another zero than most."""
+    level = np.zeros(count)
+    for k, offset in found.items():
+        level[k:] += offset
+    if not found:
+        return np.zeros(count, dtype=bool)
+    # Leaps there and back end at the old zero.
+    near = _OFF * min(abs(offset) for offset in found.values())
+    zeros = np.unique(level)
+    most = max(zeros, key=lambda zero: np.count_nonzero(np.abs(level - zero) < near))
+    return np.asarray(np.abs(level - most) >= near)
 
 
 def without_lost_zero(log: JointLog) -> tuple[JointLog, dict[str, str]]:
     """
-    Return the longest stretch in which no position leaps, and what is said of the leaps by joint.
+    Return the samples of the zeros that most have, and what is said of the leaps by joint.
 
-    Which of two zeros is that of the model no recording tells.
+    Which of two zeros is that of the model no recording tells. Where several joints leap at once
+    rows are missing.
     """
-    found = {
-        name: at
-        for name, q in zip(log.names, log.q.T, strict=True)
-        if len(at := leaps(log.time, q))
-    }
-    if not found:
-        return log, {}
-    cuts = np.unique(np.concatenate(list(found.values())))
-    kept = max(np.split(np.arange(len(log)), cuts), key=len)
-    told = {}
-    for name, at in found.items():
-        first, q = int(at[0]), log.q[:, log.names.index(name)]
-        often = '' if len(at) == 1 else f' the first of {len(at)} times'
-        told[name] = (
-            f'the position of joint {name} leaps{often} by {abs(q[first] - q[first - 1]):.3g} at '
-            f'{log.time[first]:.4g} s, farther than it ever goes in a step, and stays there, as '
-            'where an encoder loses its zero: what is outside the longest stretch, '
-            f'{len(log) - len(kept)} of {len(log)} samples, is left out; see its encoder'
+    by_joint = [leaps(log.time, q) for q in log.q.T]
+    every = [k for own in by_joint for k in own]
+    by_joint = [{k: x for k, x in own.items() if every.count(k) == 1} for own in by_joint]
+    off = np.column_stack([_elsewhere(own, len(log)) for own in by_joint])
+    told = {
+        name: (
+            f'the position of joint {name} leaps {len(own)} time{"s" if len(own) > 1 else ""}, '
+            f'by up to {max(map(abs, own.values())):.3g}, first at {log.time[min(own)]:.4g} s, '
+            'farther than it ever goes in a step, and stays there, as where an encoder loses its '
+            f'zero, or rows are missing: {np.count_nonzero(off[:, i])} of {len(log)} samples, of '
+            'another zero than most, are left out; see its encoder'
         )
-    return log.rows(kept), told
+        for i, (name, own) in enumerate(zip(log.names, by_joint, strict=True))
+        if own
+    }
+    return (log.rows(np.flatnonzero(~off.any(axis=1))), told) if told else (log, told)

@@ -347,6 +347,13 @@ def test_a_velocity_and_an_effort_that_are_exchanged_refuse_their_joint(good, ro
     assert 'exchange the columns of both' in checks.refused['elbow']
 
 
+def test_effort_of_damping_beside_a_speed_without_sign_is_no_exchange(good, robot):
+    v, tau = good.v.copy(), good.tau.copy()
+    v[:, 1], tau[:, 1] = np.abs(good.v[:, 1]), 2.0 * good.v[:, 1]
+    _, checks = check_data(replace(good, v=v, tau=tau), robot)
+    assert 'exchanged' not in {finding.check for finding in checks.findings}
+
+
 def test_a_velocity_within_a_fifth_of_the_slope_is_as_it_is(good, robot):
     log, checks = check_data(replace(good, v=1.15 * good.v), robot)
     assert checks.findings == ()

@@ -111,11 +111,11 @@ def tolerated(laboratory: WhitenedRegression, selection: Selection) -> frozenset
     """Return which causes have a size that is expected of any model: no cause, but a refit."""
     fits = estimated(laboratory, selection).fitted(laboratory)
     share = scale_tolerance(laboratory)
-    return frozenset(
-        finding.key
-        for finding, fit in zip(selection.accepted, fits, strict=True)
-        if finding.effect.tolerated(fit, share)
-    )
+    # Of harmonics the first says it.
+    found: dict[tuple[str, int], bool] = {}
+    for finding, fit in zip(selection.accepted, fits, strict=True):
+        found.setdefault(finding.key, finding.effect.tolerated(fit, share))
+    return frozenset(key for key, is_refit in found.items() if is_refit)
 
 
 def _evidence(finding: Finding) -> dict[str, float | None]:

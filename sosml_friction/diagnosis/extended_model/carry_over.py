@@ -89,10 +89,9 @@ def what_recurs(laboratory: WhitenedRegression, selection: Selection, folds: Hel
     """
     while True:
         gains = cause_gains(laboratory, selection, folds)
-        refits = tolerated(laboratory, selection)
-        doubted = {
-            key: gain.recurs for key, gain in gains.items() if not gain.shown and key not in refits
-        }
+        doubted = {key: gain.recurs for key, gain in gains.items() if not gain.shown}
+        for key in tolerated(laboratory, selection) if doubted else ():
+            doubted.pop(key, None)
         if not doubted:
             return selection
         worst = min(doubted, key=lambda key: doubted[key].value)
