@@ -21,7 +21,6 @@ from sosml_friction.identification.held_positions import without_held
 from sosml_friction.identification.joint_relations import WINDOW_S
 from sosml_friction.identification.lost_zero import LOST_ZERO, without_lost_zero
 from sosml_friction.identification.new_values import repeated_samples, with_new_values
-from sosml_friction.identification.zero_efforts import without_zero_efforts
 
 #: Six windows of steady motion, the fewest a law is fitted to, take at least this long [s].
 SHORTEST_S = 2.0
@@ -68,8 +67,6 @@ class CleanSamples:
         log, repeated_stamps = _without_repeats(log, findings)
         # Before anything is interpolated beside a glitch, and where it was repeated.
         log = _without_glitches(log, findings)
-        log, zeros = without_zero_efforts(log)
-        findings += [DataFinding('zero_effort', x, LEFT_OUT, what) for x, what in zeros.items()]
         log, found = with_new_values(log)
         findings += found
         log, incomplete = _whole_samples(log, findings)
