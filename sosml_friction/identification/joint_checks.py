@@ -58,6 +58,9 @@ _OTHER_VELOCITY = 1.2
 #: friction alone makes such an effort, and leaves more for Coulomb friction and inertia. Chosen,
 #: no measurement.
 _IS_VELOCITY = 0.1
+#: Least of a velocity that the slope leaves where it is none: as much as half of it, a quarter of
+#: its squares. By definition of a minority.
+_IS_NONE = 0.5
 #: The misfit of a hypothesis that is to refuse a joint is at most this share of that of the data
 #: as they are. Chosen, no measurement.
 FAR = 1.0 / 3.0
@@ -204,12 +207,8 @@ def _check_joint(
     refusal = _refusal(robot, i, q, tau, found, effort, _fewest_runs(v, usable))
     if not refusal and (misfits := lost_sign(log, robot, i, slopes, usable)):
         refusal = _without_sign(name, *misfits)
-    if not refusal and velocity is not None and velocity.misfit > 0.5:
-        # A velocity without its sign is one.
-        signed = np.abs(log.v[:, i]) * np.sign(np.nan_to_num(v))
-        speed = velocity_relation(signed, slopes, i, moving)
-        if speed is None or speed.misfit > 0.5:
-            refusal = _exchanged(name, velocity, velocity_relation(tau, slopes, i, usable))
+    if not refusal and velocity is not None:
+        refusal = _exchanged(log, i, slopes, usable, velocity)
     if refusal:
         check, sentence = refusal
         findings.append(DataFinding(check, name, REFUSED, sentence))
@@ -478,14 +477,21 @@ def _told(robot: Robot, i: int, effort: EffortRelation, drives: bool) -> list[Da
 
 
 def _exchanged(
-    name: str, velocity: VelocityRelation, effort: VelocityRelation | None
+    log: JointLog, i: int, slopes: Slopes, usable: BoolArray, velocity: VelocityRelation
 ) -> tuple[str, str] | None:
     """Return why effort is the velocity and the reverse, None where it is not."""
+    if velocity.misfit < _IS_NONE:
+        return None
+    # A velocity without its sign is one.
+    signed = np.abs(log.v[:, i]) * np.sign(np.nan_to_num(slopes.v[:, i]))
+    effort, speed = (velocity_relation(x, slopes, i, usable) for x in (log.tau[:, i], signed))
     if effort is None or effort.misfit > _IS_VELOCITY:
+        return None
+    if speed is not None and speed.misfit < _IS_NONE:
         return None
     return (
         'exchanged',
-        f'the effort of joint {name} is the slope of its position but for '
+        f'the effort of joint {log.names[i]} is the slope of its position but for '
         f'{_percent(effort.misfit)}, and its velocity is not, which leaves '
         f'{_percent(velocity.misfit)}: exchange the columns of both',
     )

@@ -11,8 +11,8 @@ from sosml_friction.identification.glitches import step_speeds
 
 #: What a finding about it is called.
 LOST_ZERO = 'lost_zero'
-#: Longest period of samples [s]. In less than a longer one a quick servo goes a small step.
-#: Chosen, no measurement.
+#: Longest period of samples [s], of 50 Hz and its jitter: in a longer one a quick servo may go a
+#: small step and be at rest again. Chosen, no measurement.
 _LONGEST_S = 0.021
 #: Most leaps of a joint. One that leaps more often sticks and slips. Chosen, no measurement.
 _MOST = 5
@@ -65,11 +65,11 @@ def _offset(time: FloatArray, q: FloatArray, k: int) -> float:
 
 def _elsewhere(found: dict[int, float], count: int) -> BoolArray:
     """Return which of ``count`` samples have another zero than most."""
+    if not found:
+        return np.zeros(count, dtype=bool)
     level = np.zeros(count)
     for k, offset in found.items():
         level[k:] += offset
-    if not found:
-        return np.zeros(count, dtype=bool)
     # Leaps there and back end at the old zero.
     near = _OFF * min(abs(offset) for offset in found.values())
     zeros = np.unique(level)
