@@ -19,6 +19,9 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: A whitened row beyond this many usual ones is part of a burst: of Gaussian noise one of 1.7
 #: million is.
 _BEYOND = 5.0
+#: Usual is what rows of about the same speed are, as late stamps make noise that grows with it: so
+#: many groups at most, each of enough rows for its usual size. Chosen, no measurement.
+_SPEEDS = 8
 #: Share of the energy that is left which bursts hold where nothing acts: five times the largest
 #: of 90 recordings, 0.024 (``python -m validation.leftovers --seed 20261283 --recordings 30``).
 BURST_SHARE = 0.12
@@ -54,18 +57,24 @@ def bursts(
     standstill = laboratory.whitening.standstill
     rests = np.zeros_like(far) if standstill is None else standstill.reached()
     when = np.concatenate([s.band.at_rows(s.time)[ORDER:] for s in laboratory.signals])
+    speed = np.abs(np.concatenate([s.band.at_rows(s.v)[ORDER:] for s in laboratory.signals]))
     found = []
     for i in joints:
         own = np.where(beside | rests[:, i], 0.0, left[:, i])
-        told = np.abs(own[np.abs(own) > ROUNDING])
+        rows = np.flatnonzero(np.abs(own) > ROUNDING)
         # Of a few moments one is as good as any: so many that the low-pass tells apart.
-        if len(told) < FEWEST * (2 * reach + 1):
+        fewest = FEWEST * (2 * reach + 1)
+        if len(rows) < fewest:
             continue
-        over = np.abs(own) > _BEYOND * usual(told)
+        over = np.zeros(len(own), dtype=np.bool_)
+        by_speed = rows[np.argsort(speed[rows, i])]
+        for alike in np.array_split(by_speed, min(_SPEEDS, len(rows) // fewest)):
+            sizes = np.abs(own[alike])
+            over[alike] = sizes > _BEYOND * usual(sizes)
         if not over.any():
             continue
         # In whitened rows each change is there for as many as the filter has.
         count = len(runs(maximum_filter1d(over, 2 * ORDER + 1)))
-        energy, floor = float(np.sum(own[over] ** 2)), BURST_SHARE * float(np.sum(told**2))
+        energy, floor = float(np.sum(own[over] ** 2)), BURST_SHARE * float(own @ own)
         found.append((i, Bursts(count, energy, floor, float(when[int(np.argmax(np.abs(own)))]))))
     return found

@@ -57,19 +57,40 @@ def test_noise_alone_has_none():
     assert not any(x['unknown'] for x in of_bursts(quiet))
 
 
+def of_rows(v):
+    """Return whitened rows of joints that go at these speeds (rows, n), without a rest."""
+    speeds = np.concatenate([np.zeros((ORDER, v.shape[1])), v])
+    signals = SimpleNamespace(
+        band=SimpleNamespace(reach=20, at_rows=lambda x: x),
+        time=0.01 * np.arange(len(speeds)),
+        v=speeds,
+    )
+    return SimpleNamespace(
+        contacts=SimpleNamespace(impacts=[]),
+        signals=[signals],
+        whitening=SimpleNamespace(standstill=None),
+    )
+
+
+def test_noise_that_grows_with_speed_is_no_burst_and_a_knock_at_speed_is_one():
+    """Moves from point to point, whose stamps scatter: at top speed noise is seven times usual."""
+    rng, rows = np.random.default_rng(5), 8000
+    v = np.maximum(np.sin(2.0 * np.pi * np.arange(rows) / 400.0), 0.0)[:, None]
+    left = np.hypot(0.3, 2.1 * v) * rng.normal(size=v.shape)
+    slides = np.ones(v.shape, dtype=np.bool_)
+    assert bursts(of_rows(v), left, slides, [0]) == []
+    left[2100] = 15.0
+    ((_, burst),) = bursts(of_rows(v), left, slides, [0])
+    assert (burst.count, burst.energy) == (1, pytest.approx(225.0))
+
+
 def test_noise_of_which_rests_took_a_part_is_no_measure_of_the_rest():
     """Three quarters of the rows are beside rests, as of moves from point to point."""
     rng, rows = np.random.default_rng(4), 8000
     reached = (np.arange(rows) % 400 < 300)[:, None]
     left = np.where(reached, 0.2, 1.0) * rng.normal(size=(rows, 1))
-    signals = SimpleNamespace(
-        band=SimpleNamespace(reach=20, at_rows=lambda x: x), time=0.01 * np.arange(rows + ORDER)
-    )
-    laboratory = SimpleNamespace(
-        contacts=SimpleNamespace(impacts=[]),
-        signals=[signals],
-        whitening=SimpleNamespace(standstill=SimpleNamespace(reached=lambda: reached)),
-    )
+    laboratory = of_rows(np.ones((rows, 1)))
+    laboratory.whitening.standstill = SimpleNamespace(reached=lambda: reached)
     slides = np.ones_like(reached)
     assert bursts(laboratory, left, slides, [0]) == []
     left[350] = 8.0
