@@ -313,8 +313,8 @@ def fit_terms(
     )
     keys, left = _keys(laboratory, wanted)
     step('fitting the terms')
-    laboratory, body = _with_body(laboratory, keys, body_tolerance, step)
-    laboratory, found = _with_values(laboratory, keys, step)
+    laboratory, body, placed = _with_body(laboratory, keys, body_tolerance, step)
+    laboratory, found = _with_values(laboratory, keys, placed, step)
     torque, errors = found.in_torque(laboratory)
     fitted = _fitted_terms(laboratory, found, wanted, torque, errors)
     armature = fitted_armature(laboratory, found, body.tolerance)
@@ -348,21 +348,22 @@ def _with_body(
     keys: Sequence[tuple[str, int]],
     told: float | None,
     step: Callable[[str], None],
-) -> tuple[WhitenedRegression, BodyWidth]:
-    """Return the regression with the tolerance of the rigid body, told or most likely."""
+) -> tuple[WhitenedRegression, BodyWidth, list[Placed]]:
+    """Return the regression with the tolerance of the body, told or most likely, and the terms."""
     if told is not None:
         check_tolerance(told)
-        return with_width(laboratory, told), BodyWidth(told, {})
-    wide = with_width(laboratory, WIDTHS[-1])
-    placed = place(wide, keys, step)
+        laboratory = with_width(laboratory, told)
+        return laboratory, BodyWidth(told, {}), place(laboratory, keys, step)
+    placed = place(with_width(laboratory, WIDTHS[-1]), keys, step)
     system = laboratory.system.extended([each.columns for each in placed])
     body = choose_width(laboratory, system)
-    return with_width(laboratory, body.tolerance) if body.is_wider else laboratory, body
+    return with_width(laboratory, body.tolerance) if body.is_wider else laboratory, body, placed
 
 
 def _with_values(
     laboratory: WhitenedRegression,
     keys: Sequence[tuple[str, int]],
+    placed: list[Placed],
     step: Callable[[str], None],
 ) -> tuple[WhitenedRegression, Estimate]:
     """
@@ -370,9 +371,11 @@ def _with_values(
 
     Coulomb or viscous friction that would be is 0, and the rest is fitted beside that; what errors
     it makes is not changed by it.
+
+    :param placed: the terms with the inner parameters that are settled from there.
     """
     while True:
-        placed = refined_again(laboratory, place(laboratory, keys, step))
+        placed = refined_again(laboratory, placed)
         placed = settle(laboratory, placed, step)
         laboratory, placed = fitted_to_carried_load(laboratory, placed)
         # The order of the list, not that of the search.
@@ -386,6 +389,7 @@ def _with_values(
             return laboratory, found
         bound = np.where(negative, 0.0, laboratory.system.bound)
         laboratory = replace(laboratory, system=replace(laboratory.system, bound=bound))
+        placed = place(laboratory, keys, step)
 
 
 def _without_terms(

@@ -40,8 +40,7 @@ def dahl_path(x: FloatArray, displacement: float) -> FloatArray:
 
     :param displacement: over which z approaches the sign of motion, positive [rad or m].
     """
-    longer, own, _ = _to_its_turns(x)
-    return np.asarray(_path(longer, displacement, np.ones(len(longer)))[own])
+    return np.asarray(_path(x, *_turning_points(x), displacement, np.ones(len(x)), 0.0))
 
 
 def following_path(x: FloatArray, displacement: float, level: FloatArray) -> FloatArray:
@@ -55,18 +54,9 @@ def following_path(x: FloatArray, displacement: float, level: FloatArray) -> Flo
 
     :param level: l at the samples (N,), 1 where the path turns around.
     """
-    longer, own, after = _to_its_turns(x)
-    levels = 1.0 + SHARE * np.insert(level, after + 1, 1.0)
-    f, z = (_path(longer, displacement, own) for own in (levels, np.ones(len(longer))))
-    return np.asarray((f - z)[own] / SHARE)
-
-
-def _to_its_turns(x: FloatArray) -> tuple[FloatArray, IndexArray, IndexArray]:
-    """Return a path with where it turns around, its own samples there, and after which it does."""
-    turning, after = _turning_points(x)
-    longer = np.insert(x, after + 1, turning)
-    own = np.arange(len(x)) + np.searchsorted(after + 1, np.arange(len(x)), side='right')
-    return longer, own, after
+    turns = _turning_points(x)
+    f, z = (_path(x, *turns, displacement, level, share) for share in (SHARE, 0.0))
+    return np.asarray((f - z) / SHARE)
 
 
 def _turning_points(x: FloatArray) -> tuple[FloatArray, IndexArray]:
@@ -85,23 +75,40 @@ def _turning_points(x: FloatArray) -> tuple[FloatArray, IndexArray]:
 
 
 @compiled
-def _path(x: FloatArray, displacement: float, level: FloatArray) -> FloatArray:
+def _path(
+    x: FloatArray,
+    turning: FloatArray,
+    after: IndexArray,
+    displacement: float,
+    level: FloatArray,
+    share: float,
+) -> FloatArray:
     """
-    Return f (N,) along a path that turns around at samples.
+    Return f (N,) along a path that turns around at ``turning``, ``after`` these samples.
 
-    It approaches the sign times the level, a line between samples, over a displacement that goes
-    with the level.
+    It approaches the sign times g = 1 + share l, a line between samples and 1 + share where the
+    path turns around, over a displacement that goes with g.
     """
     f = np.zeros(len(x))
-    now = 0.0
+    now, turn = 0.0, 0
     for k in range(1, len(x)):
-        dx = x[k] - x[k - 1]
-        if dx != 0.0:
-            sign = 1.0 if dx > 0.0 else -1.0
-            begin, end = sign * level[k - 1], sign * level[k]
-            way = 2.0 * abs(dx) / (displacement * (level[k] + level[k - 1]))
-            # Towards the level, and after its change but for what follows a line behind it.
-            moved = -math.expm1(-way)
-            now += (begin - now) * moved + (end - begin) * (1.0 - moved / way)
+        place, here = x[k - 1], 1.0 + share * level[k - 1]
+        on_the_way = True
+        while on_the_way:
+            on_the_way = turn < len(after) and after[turn] < k
+            if on_the_way:
+                ahead, there = turning[turn], 1.0 + share
+                turn += 1
+            else:
+                ahead, there = x[k], 1.0 + share * level[k]
+            dx = ahead - place
+            if dx != 0.0:
+                sign = 1.0 if dx > 0.0 else -1.0
+                way = 2.0 * abs(dx) / (displacement * (here + there))
+                # Towards the level, and after its change but for what follows a line behind it.
+                moved = -math.expm1(-way)
+                now += (sign * here - now) * moved
+                now += sign * (there - here) * (1.0 - moved / way)
+            place, here = ahead, there
         f[k] = now
     return f
