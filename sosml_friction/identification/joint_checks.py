@@ -319,10 +319,15 @@ def _refusal(
         inside &= limit.lower - room < float(q.min()) / per_unit
         inside &= float(q.max()) / per_unit < limit.upper + room
         so = f' (read as {other} it would be inside)' if inside else ''
+        correct = wrong_unit if inside else 'correct its zero or the URDF'
+        if not inside and np.array_equal(q, np.rint(q)):
+            correct = (
+                'these are whole numbers, as counts of an encoder are: state them as counts, and '
+                'how many are a turn, in the mapping, or correct its zero or the URDF'
+            )
         return 'position_unit', (
             f'joint {name} is at {q.min():.4g} to {q.max():.4g} where its URDF allows '
-            f'{limit.lower:.4g} to {limit.upper:.4g} {way}{so}: '
-            + (wrong_unit if inside else 'correct its zero or the URDF')
+            f'{limit.lower:.4g} to {limit.upper:.4g} {way}{so}: {correct}'
         )
     if 0.0 < _IMPOSSIBLE * limit.velocity < found.top_speed and not fits:
         return 'position_unit', (
@@ -457,6 +462,9 @@ def _told(robot: Robot, i: int, effort: EffortRelation, drives: bool) -> list[Da
             own = ''
             if effort.unit is not None and 1.0 / SCALE < effort.unit_scale < SCALE:
                 own = f'its position is in {effort.unit}, or '
+            elif np.isnan(effort.gravity):
+                # A weight would say where its joint is.
+                own = f'its position is not in {"rad" if unit == "Nm" else "m"}, '
             what += f'Either {own}its effort is not in {unit}, or the masses are others'
         found.append(DataFinding('effort_unit', name, WARNING, what))
     if effort.late_s:

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_robots import recording, sines
+from known_robots import recording, sines, slider_model, slider_recording
 from scipy.signal import lfilter
 
 from sosml_friction.bags.bag import Bag
@@ -533,6 +533,19 @@ def test_a_turned_sign_needs_to_be_seen_in_motions_of_both_directions(good, robo
 def test_a_position_that_is_off_by_its_zero_is_in_no_other_unit(good, robot):
     with pytest.raises(DataError, match='correct its zero'):
         check_data(replace(good, q=good.q + 20.0), robot)
+
+
+def test_inches_that_were_read_as_millimetres_are_a_reason_why_effort_is_25_times_too_large():
+    log, robot = slider_recording(), slider_model().make_robot()
+    assert 'effort_unit' not in found(log, robot)
+    said = ' '.join(check_data(replace(log, q=log.q / 25.4), robot)[1].sentences)
+    assert 'Either its position is not in m, its effort is not in N, or the masses are' in said
+
+
+def test_positions_in_counts_are_said_to_be_whole_numbers(good, robot):
+    counts = np.rint(good.q * 4096.0 / (2.0 * np.pi)) + 2048.0
+    with pytest.raises(DataError, match='whole numbers, as counts of an encoder are'):
+        check_data(replace(good, q=counts), robot)
 
 
 def test_a_drive_at_the_limit_of_its_speed_is_told_and_its_effort_left_out(robot):
